@@ -1,0 +1,44 @@
+#pragma once
+// The two shipped sets of compile-time sizes. Everything static in the flight software takes its capacity from one of
+// these, given as a template argument; check_mission_config refuses nonsense when it is compiled.
+
+#include <cstddef>
+
+namespace plumb {
+
+/// The settings of the paper's experiments (section VI): M = 4 poses, N = 27 SLAM features.
+struct PaperConfig {
+  static constexpr const char* kName = "paper";
+  static constexpr std::size_t kMaxPoses = 4;           ///< M, camera poses in the sliding window
+  static constexpr std::size_t kMaxSlamFeatures = 27;   ///< N, features in the state
+  static constexpr std::size_t kMaxTracks = 200;        ///< feature tracks followed at once
+  static constexpr std::size_t kMaxMsckfPerFrame = 24;  ///< tracks used in one MSCKF update
+  static constexpr std::size_t kMaxImageWidth = 752;    ///< px
+  static constexpr std::size_t kMaxImageHeight = 480;   ///< px
+};
+
+/// The flight settings, chosen by measured accuracy for the time spent.
+struct FlightConfig {
+  static constexpr const char* kName = "flight";
+  static constexpr std::size_t kMaxPoses = 12;
+  static constexpr std::size_t kMaxSlamFeatures = 30;
+  static constexpr std::size_t kMaxTracks = 200;
+  static constexpr std::size_t kMaxMsckfPerFrame = 24;
+  static constexpr std::size_t kMaxImageWidth = 752;
+  static constexpr std::size_t kMaxImageHeight = 480;
+};
+
+template <class Config>
+constexpr bool check_mission_config() {
+  static_assert(Config::kMaxPoses >= 3, "the sliding window needs at least 3 poses to triangulate and re-anchor");
+  static_assert(Config::kMaxPoses <= 32, "a window over 32 poses exceeds the track history (kMaxTrackLength)");
+  static_assert(Config::kMaxSlamFeatures >= 3, "a ranged facet needs at least 3 SLAM features");
+  static_assert(Config::kMaxTracks >= Config::kMaxSlamFeatures, "every SLAM feature needs a track");
+  static_assert(Config::kMaxMsckfPerFrame >= 1, "the MSCKF update needs room for one track");
+  static_assert(Config::kMaxImageWidth >= 64 && Config::kMaxImageHeight >= 64, "images must be at least 64 x 64 px");
+  return true;
+}
+static_assert(check_mission_config<PaperConfig>());
+static_assert(check_mission_config<FlightConfig>());
+
+}  // namespace plumb

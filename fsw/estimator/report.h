@@ -1,0 +1,56 @@
+#pragma once
+// Counters of what the estimator did with its inputs: per frame for the log, in total for health.
+
+#include <cstdint>
+
+namespace plumb {
+
+/// Why a range was or was not used. Exactly one per range sample.
+enum class RangeOutcome : std::uint8_t {
+  kNone = 0,        ///< no range in this frame
+  kUsed,
+  kGated,           ///< failed the Mahalanobis gate
+  kNoFacet,         ///< no facet under the beam
+  kBadGeometry,     ///< grazing incidence, facet too large, or depth not in front
+  kStale,           ///< too old, or at or before the horizon
+  kInvalid,         ///< no return, out of the device's limits, not finite
+  kNotInitialised,
+};
+
+struct FrameReport {
+  std::uint32_t tracks = 0;            ///< features seen in this image
+  std::uint32_t slam_features = 0;     ///< in the state after this frame
+  std::uint32_t slam_used = 0;
+  std::uint32_t slam_rejected = 0;
+  std::uint32_t slam_added = 0;
+  std::uint32_t msckf_used = 0;
+  std::uint32_t msckf_rejected = 0;
+  std::uint32_t ranges_used = 0;
+  RangeOutcome range_outcome = RangeOutcome::kNone;  ///< of the newest range of this frame
+  double range_measured_m = 0.0;
+  double range_predicted_m = 0.0;
+  double range_sigma_m = 0.0;          ///< of the innovation
+  bool zero_velocity = false;          ///< the zero-velocity update ran
+};
+
+struct EstimatorCounters {
+  std::uint64_t imu_samples = 0;
+  std::uint64_t imu_out_of_order = 0;
+  std::uint64_t imu_invalid = 0;       ///< not finite or beyond the limits
+  std::uint64_t imu_gaps = 0;
+  std::uint64_t imu_overflow = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t frames_out_of_order = 0;
+  std::uint64_t frames_without_imu = 0;
+  std::uint64_t ranges = 0;
+  std::uint64_t ranges_used = 0;
+  std::uint64_t ranges_gated = 0;
+  std::uint64_t ranges_no_facet = 0;
+  std::uint64_t ranges_bad_geometry = 0;
+  std::uint64_t ranges_stale = 0;
+  std::uint64_t ranges_invalid = 0;
+  std::uint64_t numerical_faults = 0;
+  std::uint64_t resets = 0;
+};
+
+}  // namespace plumb

@@ -1,0 +1,30 @@
+#pragma once
+// The front end behind one interface, so that flight, the OpenCV oracle and the simulation are interchangeable.
+
+#include "fsw/base/status.h"
+#include "fsw/math/so3.h"
+#include "fsw/measurement/samples.h"
+#include "fsw/vision/feature_frame.h"
+
+namespace plumb {
+
+/// What the IMU says of the motion since the last tracked image, to seed the search.
+struct MotionPrediction {
+  bool valid = false;                ///< false: no usable IMU between the images; search around the old positions
+  Quat q_CnowCprev = Quat::Identity();  ///< rotates vectors from the previous camera frame into the present one
+};
+
+template <std::size_t MaxTracks>
+class Tracker {
+ public:
+  virtual ~Tracker() = default;
+  /// Follows every live track into the frame, drops the bad ones, starts new ones, and reports all that are alive.
+  /// Fails only on a malformed frame (kInvalidValue) or a stamp not after the last one (kOutOfOrder); the tracker then
+  /// keeps its state. An image without texture is not a failure: `out` is then empty.
+  [[nodiscard]] virtual Status track(const CameraFrame& frame, const MotionPrediction& motion,
+                                     FeatureFrame<MaxTracks>& out) = 0;
+  /// Forgets every track and image. Track ids go on counting, so none is ever used twice.
+  virtual void reset() = 0;
+};
+
+}  // namespace plumb
