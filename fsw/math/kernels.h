@@ -1,0 +1,33 @@
+#pragma once
+// The filter's dense linear algebra, in place and in one fixed order of operations.
+
+#include "fsw/base/status.h"
+#include "fsw/math/matrix.h"
+
+namespace plumb {
+
+/// a <- lower-triangular L with a = L L^T; only the lower triangle is read and written.
+/// kNumericalFault (a half-written) when a is not positive definite or not finite.
+Status cholesky_in_place(MatrixView a);
+
+/// b <- L^-1 b for lower-triangular l.
+void solve_lower_in_place(ConstMatrixView l, MatrixView b);
+
+/// x <- L^-T x for lower-triangular l and one vector of l.rows() elements.
+void solve_lower_transposed_in_place(ConstMatrixView l, double* x);
+
+/// p <- p - w^T w for symmetric p (n x n) and w (m x n). Both triangles are written, equal bit for bit.
+void subtract_gram(MatrixView p, ConstMatrixView w);
+
+/// Copies the lower triangle onto the upper one.
+void mirror_lower(MatrixView p);
+
+/// Left-multiplies [a] by an orthogonal matrix (Householder reflections) that makes its first `columns` columns upper
+/// triangular. Row k of the triangle stands in row k of a. Everything right of those columns is carried along.
+void triangularise(MatrixView a, std::size_t columns);
+
+/// Folds the rows of `b` into the upper-triangular `r` (r.cols() == b.cols(), r has at least `columns` rows), so that
+/// r^T r grows by b^T b in exact arithmetic. b is destroyed. The last columns past `columns` are carried along.
+void fold_rows(MatrixView r, MatrixView b, std::size_t columns);
+
+}  // namespace plumb

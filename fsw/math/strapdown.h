@@ -1,0 +1,28 @@
+#pragma once
+// Strapdown integration of one IMU interval. Bias-free gyro and specific force at both ends are taken as linear between
+// them: coning to second order, specific force rotated at start, middle and end (Simpson), so that the error of a step
+// is of fourth order in its length.
+
+#include "fsw/math/so3.h"
+
+namespace plumb {
+
+/// Pose and velocity of I in W.
+struct KinematicState {
+  Quat q_WI = Quat::Identity();
+  Vec3 p_WI_m = Vec3::Zero();
+  Vec3 v_WI_m_s = Vec3::Zero();
+};
+
+/// Bias-free IMU values at one instant, in I.
+struct InertialRates {
+  Vec3 gyro_rad_s = Vec3::Zero();
+  Vec3 accel_m_s2 = Vec3::Zero();
+};
+
+/// Advances `state` by dt_s [s] from `start` to `end`; a negative dt_s integrates backwards. gravity_m_s2 > 0 points
+/// along -z of W.
+void strapdown_step(KinematicState& state, const InertialRates& start, const InertialRates& end, double dt_s,
+                    double gravity_m_s2);
+
+}  // namespace plumb
