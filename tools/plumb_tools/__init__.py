@@ -1,0 +1,1 @@
+"""Python side of Plumb: scoring, reports and what the test run needs."""
