@@ -3,7 +3,15 @@
 #   plumb_flight_library(NAME SOURCES ... DEPS ...)   flight code: no exceptions, no RTTI, all warnings are errors
 #   plumb_host_library(NAME SOURCES ... DEPS ...)     host-side code: tools, hal, test support
 #   plumb_executable(NAME SOURCES ... DEPS ...)       a program in build/<preset>/bin
-#   plumb_test(NAME SOURCES ... DEPS ...)             a GoogleTest program registered with CTest
+#   plumb_test(NAME SOURCES ... DEPS ... [LABEL unit|law|replay])
+#                                                     a GoogleTest program, each of its cases registered with CTest:
+#       unit    one piece of code against its documented contract (the default)
+#       law     a mathematical law that must hold over random inputs, whatever the implementation
+#       replay  a recorded or simulated flight; may need the data folder, and skips without it
+#   plumb_check(NAME COMMAND ...)                     a rule of the house checked by a script, label `check`
+#
+# The targets plumb_tests_unit, plumb_tests_law and plumb_tests_replay build the programs of one label.
+# The global property PLUMB_FLIGHT_LIBRARIES lists every flight library, for the symbol scan.
 
 option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
@@ -40,6 +48,7 @@ function(plumb_flight_library name)
   plumb_common(${name})
   target_link_libraries(${name} PUBLIC ${ARG_DEPS})
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)
+  set_property(GLOBAL APPEND PROPERTY PLUMB_FLIGHT_LIBRARIES ${name})
 endfunction()
 
 function(plumb_host_library name)
@@ -56,9 +65,27 @@ function(plumb_executable name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS})
 endfunction()
 
+set(PLUMB_TEST_LABELS unit law replay)
+foreach(label IN LISTS PLUMB_TEST_LABELS)
+  add_custom_target(plumb_tests_${label})
+endforeach()
+
 function(plumb_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
-  plumb_executable(${name} SOURCES ${ARG_SOURCES} DEPS ${ARG_DEPS} GTest::gtest GTest::gtest_main)
+  cmake_parse_arguments(ARG "" "LABEL" "SOURCES;DEPS" ${ARGN})
+  if(NOT ARG_LABEL)
+    set(ARG_LABEL unit)
+  endif()
+  if(NOT ARG_LABEL IN_LIST PLUMB_TEST_LABELS)
+    message(FATAL_ERROR "plumb_test(${name}): LABEL ${ARG_LABEL} is not one of: ${PLUMB_TEST_LABELS}")
+  endif()
+  plumb_executable(${name} SOURCES ${ARG_SOURCES} DEPS ${ARG_DEPS} plumb_test_support GTest::gtest GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 1200)
+  add_dependencies(plumb_tests_${ARG_LABEL} ${name})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 1200 LABELS ${ARG_LABEL})
+endfunction()
+
+function(plumb_check name)
+  cmake_parse_arguments(ARG "" "" "COMMAND" ${ARGN})
+  add_test(NAME check.${name} COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  set_tests_properties(check.${name} PROPERTIES LABELS check TIMEOUT 300)
 endfunction()
