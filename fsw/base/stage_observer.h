@@ -30,9 +30,12 @@ constexpr const char* to_string(Stage stage) {
 
 class StageObserver {
  public:
-  virtual ~StageObserver() = default;
   virtual void enter(Stage stage) = 0;
   virtual void leave(Stage stage) = 0;
+
+ protected:
+  // Nobody owns one through this interface, and a virtual destructor would pull operator delete into flight code.
+  ~StageObserver() = default;
 };
 
 /// Marks a stage for the length of a scope. Stages do not nest. A null observer costs a compare.

@@ -17,7 +17,6 @@ struct MotionPrediction {
 template <std::size_t MaxTracks>
 class Tracker {
  public:
-  virtual ~Tracker() = default;
   /// Follows every live track into the frame, drops the bad ones, starts new ones, and reports all that are alive.
   /// Fails only on a malformed frame (kInvalidValue) or a stamp not after the last one (kOutOfOrder); the tracker then
   /// keeps its state. An image without texture is not a failure: `out` is then empty.
@@ -25,6 +24,10 @@ class Tracker {
                                      FeatureFrame<MaxTracks>& out) = 0;
   /// Forgets every track and image. Track ids go on counting, so none is ever used twice.
   virtual void reset() = 0;
+
+ protected:
+  // Nobody owns one through this interface, and a virtual destructor would pull operator delete into flight code.
+  ~Tracker() = default;
 };
 
 }  // namespace plumb
