@@ -13,15 +13,17 @@ struct AssertSite {
 using AssertHandler = void (*)(const AssertSite&);
 
 /// Installs what is told of a broken assertion before the process stops (flight: safe the mode machine; host: print).
-/// Call once at start-up. With no handler the process traps.
+/// Call once at start-up; null takes it away again. With no handler the process traps. It is told of the first broken
+/// assertion only, on the thread that broke it.
 void set_assert_handler(AssertHandler handler);
 
+/// Tells the handler, then traps. Called by PLUMB_ASSERT.
 [[noreturn]] void assert_failed(const AssertSite& site);
 
 }  // namespace plumb
 
-#define PLUMB_ASSERT(condition)                                                              \
-  do {                                                                                       \
-    if (!(condition)) [[unlikely]]                                                           \
-      ::plumb::assert_failed({__FILE__, __LINE__, #condition});                              \
+#define PLUMB_ASSERT(condition)                                 \
+  do {                                                          \
+    if (!(condition)) [[unlikely]]                              \
+      ::plumb::assert_failed({__FILE__, __LINE__, #condition}); \
   } while (false)

@@ -1,8 +1,9 @@
 #pragma once
-// Results of calls that can fail because of the world. Bugs are PLUMB_ASSERT; "nothing yet" is Status::kNotReady where a
-// caller polls, and otherwise an empty container, never an error.
+// Results of calls that can fail because of the world. Bugs are PLUMB_ASSERT; "nothing yet" is Status::kNotReady where
+// a caller polls, and otherwise an empty container, never an error.
 
 #include <cstdint>
+#include <type_traits>
 
 #include "fsw/base/assert.h"
 
@@ -21,13 +22,18 @@ enum class [[nodiscard]] Status : std::uint8_t {
 };
 
 constexpr bool ok(Status status) { return status == Status::kOk; }
+/// A lower-case name for logs; "unknown" for a byte that is no Status.
 const char* to_string(Status status);
 
 /// A value or the reason there is none. T must be default-constructible and trivially destructible.
 template <typename T>
 class [[nodiscard]] Result {
+  static_assert(std::is_default_constructible_v<T>, "a Result without a value still holds a T");
+  static_assert(std::is_trivially_destructible_v<T>, "a Result carries plain data, not something to clean up");
+
  public:
   constexpr Result(const T& value) : value_(value), status_(Status::kOk) {}
+  /// Precondition: not kOk, which needs a value.
   constexpr Result(Status status) : status_(status) { PLUMB_ASSERT(status != Status::kOk); }
 
   constexpr bool has_value() const { return status_ == Status::kOk; }

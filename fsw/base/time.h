@@ -73,7 +73,9 @@ class Time {
 
   friend constexpr Time operator+(Time t, Duration d) { return Time(detail::saturating_add(t.ns_, d.ns())); }
   friend constexpr Time operator-(Time t, Duration d) { return Time(detail::saturating_sub(t.ns_, d.ns())); }
-  friend constexpr Duration operator-(Time a, Time b) { return Duration::from_ns(detail::saturating_sub(a.ns_, b.ns_)); }
+  friend constexpr Duration operator-(Time a, Time b) {
+    return Duration::from_ns(detail::saturating_sub(a.ns_, b.ns_));
+  }
   friend constexpr auto operator<=>(Time, Time) = default;
 
  private:
