@@ -38,7 +38,8 @@ class BasicMatrixView {
   /// The same numbers as a small fixed-size Eigen block.
   template <int Rows, int Cols>
   auto fixed(std::size_t r, std::size_t c) const {
-    using Matrix = Eigen::Matrix<double, Rows, Cols, Rows == 1 ? Eigen::RowMajor : (Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor)>;
+    using Matrix = Eigen::Matrix<double, Rows, Cols,
+                                 Rows == 1 ? Eigen::RowMajor : (Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor)>;
     using Qualified = std::conditional_t<std::is_const_v<T>, const Matrix, Matrix>;
     using Stride = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
     PLUMB_ASSERT(r + Rows <= rows_ && c + Cols <= cols_);

@@ -34,7 +34,8 @@ Mat3 so3_left_jacobian(const Vec3& rotation_vector) {
   const Mat3 k = skew(rotation_vector);
   if (angle < kSmallAngle) return Mat3::Identity() + 0.5 * k + k * k / 6.0;
   const double angle2 = angle * angle;
-  return Mat3::Identity() + ((1.0 - std::cos(angle)) / angle2) * k + ((angle - std::sin(angle)) / (angle2 * angle)) * k * k;
+  return Mat3::Identity() + ((1.0 - std::cos(angle)) / angle2) * k +
+         ((angle - std::sin(angle)) / (angle2 * angle)) * k * k;
 }
 
 double yaw_of(const Quat& q_WI) {

@@ -10,7 +10,7 @@
 
 namespace plumb {
 
-inline constexpr std::size_t kMaxImuPerFrame = 64;    ///< 2 kHz IMU at a 250 Hz tick, eight times over
+inline constexpr std::size_t kMaxImuPerFrame = 64;  ///< 2 kHz IMU at a 250 Hz tick, eight times over
 inline constexpr std::size_t kMaxRangePerFrame = 16;
 
 /// Which camera frame belongs to this tick; the pixels travel beside the record, found by this reference.

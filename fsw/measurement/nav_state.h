@@ -29,12 +29,12 @@ inline constexpr std::size_t kNavAccelBias = 12;
 
 struct NavState {
   Time t;
-  bool valid = false;           ///< false: every number below is meaningless
+  bool valid = false;  ///< false: every number below is meaningless
   NavMode mode = NavMode::kInitialising;
   std::uint32_t reset_count = 0;  ///< re-initialisations since start-up; position and yaw start anew at each
 
-  std::array<double, 3> p_WI_m{};       ///< origin of I in W
-  std::array<double, 3> v_WI_m_s{};     ///< its velocity in W
+  std::array<double, 3> p_WI_m{};          ///< origin of I in W
+  std::array<double, 3> v_WI_m_s{};        ///< its velocity in W
   std::array<double, 4> q_WI{1, 0, 0, 0};  ///< w x y z, Hamilton, rotates from I to W
   std::array<double, 3> b_gyro_rad_s{};
   std::array<double, 3> b_accel_m_s2{};

@@ -12,8 +12,8 @@ namespace plumb {
 /// One inertial sample in the IMU frame I.
 struct ImuSample {
   Time t;
-  std::array<double, 3> gyro_rad_s{};    ///< angular rate of I with respect to W, in I
-  std::array<double, 3> accel_m_s2{};    ///< specific force in I (at rest: +g along the upward axis)
+  std::array<double, 3> gyro_rad_s{};  ///< angular rate of I with respect to W, in I
+  std::array<double, 3> accel_m_s2{};  ///< specific force in I (at rest: +g along the upward axis)
 };
 
 enum class RangeQuality : std::uint8_t {
