@@ -30,7 +30,8 @@ struct CameraCalibration {
 class CameraModel {
  public:
   CameraModel() = default;
-  explicit CameraModel(const CameraCalibration& calibration) : calibration_(calibration) {}
+  /// Precondition of every later call: check(calibration) is kOk.
+  explicit CameraModel(const CameraCalibration& calibration);
 
   /// kInvalidValue when focal lengths, size or coefficients are not finite or not positive where they must be.
   static Status check(const CameraCalibration& calibration);
@@ -38,13 +39,17 @@ class CameraModel {
 
   /// Normalised plane to distorted pixel. kInvalidValue where the lens model folds over or is undefined.
   [[nodiscard]] Status distort(const Vec2& normalised, Vec2& pixel) const;
-  /// Distorted pixel to normalised plane by a bounded Newton iteration. kIllConditioned when it does not converge.
+  /// The same with the analytic Jacobian d pixel / d normalised [px].
+  [[nodiscard]] Status distort(const Vec2& normalised, Vec2& pixel, Mat2& jacobian) const;
+  /// Distorted pixel to normalised plane by a bounded Newton iteration. kIllConditioned when it does not converge, which
+  /// is where no point of the plane is imaged; kInvalidValue when the pixel is not finite.
   [[nodiscard]] Status undistort(const Vec2& pixel, Vec2& normalised) const;
   /// Mean focal length [px]: converts pixel noise to the normalised plane.
   double focal_px() const { return 0.5 * (calibration_.fx + calibration_.fy); }
 
  private:
   CameraCalibration calibration_;
+  double max_radius_ = 0.0;  ///< normalised radius up to which the radial model grows monotonically
 };
 
 }  // namespace plumb

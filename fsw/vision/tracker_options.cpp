@@ -1,0 +1,44 @@
+#include "fsw/vision/tracker_options.h"
+
+#include <cmath>
+
+namespace plumb {
+namespace {
+
+constexpr std::int32_t kMaxWindow_px = 41;
+constexpr std::int32_t kMaxIterations = 100;
+constexpr std::int32_t kMaxGrey = 255;
+
+bool within(std::int32_t value, std::int32_t low, std::int32_t high) { return value >= low && value <= high; }
+bool positive(double value) { return std::isfinite(value) && value > 0.0; }
+
+}  // namespace
+
+Status TrackerOptions::check(const TrackerOptions& options, const CameraCalibration& calibration,
+                             std::size_t max_tracks) {
+  if (!ok(CameraModel::check(calibration))) return Status::kInvalidValue;
+  if (!within(options.max_features, 1, static_cast<std::int32_t>(max_tracks))) return Status::kInvalidValue;
+  if (!within(options.tile_columns, 1, static_cast<std::int32_t>(kMaxTiles))) return Status::kInvalidValue;
+  if (!within(options.tile_rows, 1, static_cast<std::int32_t>(kMaxTiles) / options.tile_columns)) {
+    return Status::kInvalidValue;
+  }
+  if (options.min_distance_px < 0 || options.border_px < kMinBorder_px) return Status::kInvalidValue;
+  if (options.fast_threshold_min < 1 || options.fast_threshold_max > kMaxGrey ||
+      options.fast_threshold_min > options.fast_threshold_max) {
+    return Status::kInvalidValue;
+  }
+  if (!within(options.window_px, 5, kMaxWindow_px) || options.window_px % 2 == 0) return Status::kInvalidValue;
+  if (!within(options.levels, 1, kMaxPyramidLevels)) return Status::kInvalidValue;
+  if (!within(options.max_iterations, 1, kMaxIterations)) return Status::kInvalidValue;
+  if (!positive(options.epsilon_px) || !positive(options.min_eigenvalue)) return Status::kInvalidValue;
+  if (!positive(options.forward_backward_px) || !positive(options.max_residual) || !positive(options.outlier_px)) {
+    return Status::kInvalidValue;
+  }
+  const std::int32_t inner_width_px = calibration.width - 2 * options.border_px;
+  const std::int32_t inner_height_px = calibration.height - 2 * options.border_px;
+  if (inner_width_px < options.tile_columns || inner_height_px < options.tile_rows) return Status::kInvalidValue;
+  if (inner_width_px < options.window_px || inner_height_px < options.window_px) return Status::kInvalidValue;
+  return Status::kOk;
+}
+
+}  // namespace plumb

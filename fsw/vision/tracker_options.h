@@ -1,0 +1,47 @@
+#pragma once
+// Settings of the feature tracker. The defaults are the result of measurements on EuRoC MH_01 (752 x 480, 20 Hz); see
+// the tracker's notes in docs for the figures behind each.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "fsw/base/status.h"
+#include "fsw/vision/camera_model.h"
+
+namespace plumb {
+
+inline constexpr std::size_t kMaxTiles = 64;
+
+struct TrackerOptions {
+  // Number and spread of the features.
+  std::int32_t max_features = 160;    ///< live tracks kept at once; at most the tracker's MaxTracks
+  std::int32_t tile_columns = 8;      ///< detection tiles; columns x rows at most kMaxTiles
+  std::int32_t tile_rows = 6;
+  std::int32_t min_distance_px = 16;  ///< between a new feature and every live one
+  std::int32_t border_px = 8;         ///< features nearer to the image edge are dropped; at least kMinBorder_px
+
+  // Detection: FAST, whose threshold follows the texture of each tile between these bounds [grey levels].
+  std::int32_t fast_threshold_min = 7;
+  std::int32_t fast_threshold_max = 40;
+
+  // Pyramidal Lucas-Kanade.
+  std::int32_t window_px = 21;       ///< odd side of the square patch
+  std::int32_t levels = 4;           ///< pyramid levels including the full image; at most kMaxPyramidLevels
+  std::int32_t max_iterations = 20;  ///< per level
+  double epsilon_px = 0.01;          ///< a smaller step ends the iteration
+  double min_eigenvalue = 1e-4;      ///< of the patch's structure tensor, in OpenCV's normalisation
+
+  // Rejection.
+  double forward_backward_px = 0.7;  ///< tracking back must return this close
+  double max_residual = 25.0;        ///< mean absolute grey-level difference of the patch
+  double outlier_px = 1.0;           ///< distance to the epipolar line, at the mean focal length
+  std::uint64_t ransac_seed = 0x9E3779B97F4A7C15ULL;
+
+  static constexpr std::int32_t kMinBorder_px = 4;  ///< FAST reads a circle of radius 3
+  static constexpr std::int32_t kMaxPyramidLevels = 6;
+
+  /// kInvalidValue when a setting is out of its range, or the image too small for border, tiles or patch.
+  static Status check(const TrackerOptions& options, const CameraCalibration& calibration, std::size_t max_tracks);
+};
+
+}  // namespace plumb
