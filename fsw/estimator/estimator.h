@@ -6,11 +6,17 @@
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
+#include "fsw/estimator/imu_buffer.h"
+#include "fsw/estimator/motion_start.h"
 #include "fsw/estimator/options.h"
+#include "fsw/estimator/range_update.h"
 #include "fsw/estimator/report.h"
+#include "fsw/estimator/standing.h"
+#include "fsw/estimator/visual_update.h"
 #include "fsw/measurement/nav_state.h"
 #include "fsw/measurement/samples.h"
 #include "fsw/vision/feature_frame.h"
+#include "fsw/vision/track_table.h"
 #include "fsw/vision/tracker.h"
 
 namespace plumb {
@@ -22,32 +28,83 @@ class Estimator {
 
   Estimator(const EstimatorOptions& options, const SensorCalibration& calibration, StageObserver* observer = nullptr);
 
-  /// Back to "initialising". Counters stay; reset_count goes up by one.
+  /// Back to "initialising". Counters stay; reset_count goes up by one. The IMU buffer is kept.
   void reset();
 
-  /// Buffers one sample. kOutOfOrder, kInvalidValue, kFull: counted and dropped.
+  /// Buffers one sample. kOutOfOrder, kInvalidValue: counted and dropped.
   Status add_imu(const ImuSample& sample);
-  /// Buffers one range; it is used once, at its own time, by the next process() that reaches it.
+  /// Buffers one range; it is used once, at its own time, by the next process() that reaches it. kInvalidValue, kStale,
+  /// kFull: counted and dropped.
   Status add_range(const RangeSample& sample);
 
   /// True when the buffered IMU reaches t, so that process() at t can integrate exactly to it.
-  bool imu_reaches(Time t) const;
+  bool imu_reaches(Time t) const { return imu_.newest() >= t; }
   /// Camera rotation from the last processed image to t, from the gyro and the bias estimate.
   MotionPrediction predict_motion(Time t) const;
 
-  /// Fuses everything up to the image time and then the image. kNotReady while initialising (state().valid is false).
+  /// Fuses everything up to the image time and then the image. kNotReady while initialising (state().valid is false);
+  /// kOutOfOrder and kStale (no IMU around the image): counted and dropped; kNumericalFault: the filter has been reset.
   Status process(const Frame& frame);
 
-  /// Start from a known state (comparisons only): position, velocity, attitude and biases of `truth` at truth.t, taken
-  /// at the next image at or after that time.
+  /// Start from a known state (comparisons only): position, velocity, attitude and biases of `truth`, taken as they are
+  /// at the next image.
   void start_from(const NavState& truth);
 
   /// The state at the newest processed image.
-  const NavState& state() const;
-  const FrameReport& report() const;
-  const EstimatorCounters& counters() const;
+  const NavState& state() const { return nav_; }
+  const FrameReport& report() const { return report_; }
+  const EstimatorCounters& counters() const { return counters_; }
   /// 64-bit hash over the nominal state and the whole covariance, every bit of them.
-  std::uint64_t state_hash() const;
+  std::uint64_t state_hash() const { return state_.hash(); }
+
+ private:
+  static constexpr std::size_t kMaxPendingRanges = 64;
+  static constexpr std::size_t kMaxStartFrames = 48;  ///< 1.5 s at 30 Hz
+  using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
+
+  Status fuse_image(const Frame& frame);
+  Status fuse_ranges_until(Time t, bool including);
+  void propagate_to(Time t);
+  void make_room_for_clone();
+  Status fuse_standing(Time t);
+  Status start(const Frame& frame);
+  Status start_standing(const Frame& frame);
+  Status start_in_motion(const Frame& frame);
+  void start_from_given(const Frame& frame);
+  void begin_filter(Time t, const CoreState& core, const Vec3& tilt_velocity_position_sigma);
+  bool pose_start_problem();
+  void count_range(RangeOutcome outcome);
+  DepthPrior depth_prior() const;
+  void publish(bool visual, Time t);
+
+  EstimatorOptions options_;
+  SensorCalibration calibration_;
+  StageObserver* observer_;
+
+  ImuBuffer imu_;
+  FixedVector<RangeSample, kMaxPendingRanges> ranges_;
+  FilterState<Config> state_;
+  Table tracks_;
+  UpdateStack<Config> stack_;
+  VisualUpdate<Config> visual_;
+  RangeUpdate<Config> range_;
+  ImageStillness<Config::kMaxTracks> image_stillness_;
+  MotionStart motion_start_;
+  StartProblem start_problem_;
+  FixedVector<Frame, kMaxStartFrames> start_frames_;
+
+  bool initialised_ = false;
+  bool standing_ = false;
+  bool start_given_ = false;
+  NavState given_;
+  Time last_frame_t_;
+  Time last_visual_t_;
+  Time last_range_t_;
+  double last_range_depth_m_ = 0.0;
+
+  NavState nav_;
+  FrameReport report_;
+  EstimatorCounters counters_;
 };
 
 }  // namespace plumb

@@ -110,32 +110,34 @@ void triangularise(MatrixView a, std::size_t columns) {
   PLUMB_ASSERT(columns <= a.cols());
   const std::size_t steps = columns < a.rows() ? columns : a.rows();
   for (std::size_t k = 0; k < steps; ++k) {
-    MatrixView below = a.block(k, 0, a.rows() - k, a.cols());
-    fold_rows(below.top(1).block(0, k, 1, a.cols() - k), a.block(k + 1, k, a.rows() - k - 1, a.cols() - k), 1);
+    const std::size_t width = a.cols() - k;
+    fold_rows(a.block(k, k, 1, width), a.block(k + 1, k, a.rows() - k - 1, width), 1);
   }
 }
 
 void fold_rows(MatrixView r, MatrixView b, std::size_t columns) {
-  PLUMB_ASSERT(r.cols() == b.cols() && columns <= r.rows() && columns <= r.cols());
+  const std::size_t n = r.cols();
+  PLUMB_ASSERT(b.cols() == n && columns <= r.rows() && columns <= n && n <= kMaxFoldColumns);
+  double projection[kMaxFoldColumns];
   for (std::size_t k = 0; k < columns; ++k) {
-    // Reflection of (r(k,k), b(:,k)) onto the first axis; v = (v0, b(:,k)).
+    // Reflection of the column (r(k,k), b(:,k)) onto its first axis, along v = (v0, b(:,k)).
     double tail = 0.0;
     for (std::size_t i = 0; i < b.rows(); ++i) tail += b(i, k) * b(i, k);
     if (tail == 0.0) continue;
-    const double head = r(k, k);
-    const double norm = std::sqrt(head * head + tail);
-    const double alpha = head > 0.0 ? -norm : norm;
-    const double v0 = head - alpha;
+    double* rk = r.row(k);
+    const double norm = std::sqrt(rk[k] * rk[k] + tail);
+    const double alpha = rk[k] > 0.0 ? -norm : norm;
+    const double v0 = rk[k] - alpha;
     const double scale = 2.0 / (v0 * v0 + tail);
-    r(k, k) = alpha;
-    for (std::size_t c = k + 1; c < r.cols(); ++c) {
-      double projection = v0 * r(k, c);
-      for (std::size_t i = 0; i < b.rows(); ++i) projection += b(i, k) * b(i, c);
-      projection *= scale;
-      r(k, c) -= projection * v0;
-      for (std::size_t i = 0; i < b.rows(); ++i) b(i, c) -= projection * b(i, k);
+    rk[k] = alpha;
+    const std::size_t rest = n - k - 1;
+    for (std::size_t c = 0; c < rest; ++c) projection[c] = v0 * rk[k + 1 + c];
+    for (std::size_t i = 0; i < b.rows(); ++i) axpy(b(i, k), b.row(i) + k + 1, projection, rest);
+    axpy(-scale * v0, projection, rk + k + 1, rest);
+    for (std::size_t i = 0; i < b.rows(); ++i) {
+      axpy(-scale * b(i, k), projection, b.row(i) + k + 1, rest);
+      b(i, k) = 0.0;
     }
-    for (std::size_t i = 0; i < b.rows(); ++i) b(i, k) = 0.0;
   }
 }
 

@@ -6,6 +6,9 @@
 
 namespace plumb {
 
+/// Widest matrix that fold_rows and triangularise take.
+inline constexpr std::size_t kMaxFoldColumns = 256;
+
 /// a <- lower-triangular L with a = L L^T; only the lower triangle is read and written.
 /// kNumericalFault (a half-written) when a is not positive definite or not finite.
 Status cholesky_in_place(MatrixView a);
@@ -22,7 +25,7 @@ void subtract_gram(MatrixView p, ConstMatrixView w);
 /// Copies the lower triangle onto the upper one.
 void mirror_lower(MatrixView p);
 
-/// Left-multiplies [a] by an orthogonal matrix (Householder reflections) that makes its first `columns` columns upper
+/// Left-multiplies a by an orthogonal matrix (Householder reflections) that makes its first `columns` columns upper
 /// triangular. Row k of the triangle stands in row k of a. Everything right of those columns is carried along.
 void triangularise(MatrixView a, std::size_t columns);
 

@@ -3,6 +3,7 @@
 // few kernels of kernels.h: no temporaries, no heap, one fixed order of arithmetic.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 
 #include "fsw/base/assert.h"
@@ -66,6 +67,7 @@ template <std::size_t Rows, std::size_t Cols>
 class MatrixStorage {
  public:
   static constexpr std::size_t kStride = (Cols + 7) / 8 * 8;
+  void clear() { std::fill_n(data_, Rows * kStride, 0.0); }
   MatrixView view() { return {data_, Rows, Cols, kStride}; }
   ConstMatrixView view() const { return {data_, Rows, Cols, kStride}; }
   MatrixView view(std::size_t rows, std::size_t cols) { return view().block(0, 0, rows, cols); }

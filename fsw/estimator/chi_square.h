@@ -1,0 +1,25 @@
+#pragma once
+// Chi-square quantiles for gating, computed once at start-up for every number of rows a gate can have.
+
+#include <array>
+#include <cstddef>
+
+namespace plumb {
+
+inline constexpr std::size_t kMaxGateRows = 64;
+
+/// Probability that a chi-square variable with `dof` >= 1 degrees of freedom is below x (closed form for integer dof).
+double chi_square_cdf(double x, std::size_t dof);
+
+class ChiSquareTable {
+ public:
+  /// Quantiles at `probability` (0 to 1, exclusive) for 1 to kMaxGateRows degrees of freedom.
+  explicit ChiSquareTable(double probability);
+  /// Precondition: 1 <= dof <= kMaxGateRows.
+  double quantile(std::size_t dof) const;
+
+ private:
+  std::array<double, kMaxGateRows> quantiles_{};
+};
+
+}  // namespace plumb

@@ -1,0 +1,123 @@
+#include "fsw/estimator/covariance.h"
+
+#include "fsw/measurement/nav_state.h"
+
+namespace plumb {
+namespace {
+
+constexpr std::size_t kMaxAssignRows = 3;
+constexpr std::size_t kMaxStates = 512;
+constexpr std::size_t kMovingRows = 9;  // theta, xi_p, xi_v change with time; biases only gain noise
+
+void mirror_block(MatrixView p, std::size_t at, std::size_t count) {
+  for (std::size_t r = at; r < at + count; ++r) {
+    for (std::size_t c = 0; c < p.cols(); ++c) p(c, r) = p(r, c);
+  }
+}
+
+}  // namespace
+
+void clone_block(MatrixView p, std::size_t from, std::size_t to, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t c = 0; c < p.cols(); ++c) p(to + k, c) = p(from + k, c);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t r = 0; r < p.rows(); ++r) p(r, to + k) = p(r, from + k);
+  }
+}
+
+void clear_block(MatrixView p, std::size_t at, std::size_t count) {
+  for (std::size_t k = at; k < at + count; ++k) {
+    for (std::size_t c = 0; c < p.cols(); ++c) {
+      p(k, c) = 0.0;
+      p(c, k) = 0.0;
+    }
+  }
+}
+
+void move_block(MatrixView p, std::size_t from, std::size_t to, std::size_t count) {
+  clone_block(p, from, to, count);
+  clear_block(p, from, count);
+}
+
+void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out) {
+  const std::size_t n = p.cols();
+  for (std::size_t r = 0; r < jacobian.rows(); ++r) {
+    double* __restrict o = out.row(r);
+    for (std::size_t c = 0; c < n; ++c) o[c] = 0.0;
+    for (const Segment& s : support) {
+      for (std::size_t k = s.start; k < s.start + s.length; ++k) {
+        const double h = jacobian(r, k);
+        const double* __restrict pk = p.row(k);
+        for (std::size_t c = 0; c < n; ++c) o[c] += h * pk[c];
+      }
+    }
+  }
+}
+
+void assign_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, const Support& support, const Mat3& noise) {
+  const std::size_t rows = jacobian.rows();
+  PLUMB_ASSERT(rows <= kMaxAssignRows && p.cols() <= kMaxStates);
+  double buffer[kMaxAssignRows * kMaxStates];
+  MatrixView jp(buffer, rows, p.cols(), kMaxStates);
+  multiply_rows(jacobian, support, p, jp);
+  for (std::size_t r = 0; r < rows; ++r) {
+    double diagonal[kMaxAssignRows] = {};
+    for (std::size_t q = 0; q < rows; ++q) {
+      for (const Segment& s : support) {
+        for (std::size_t k = s.start; k < s.start + s.length; ++k) diagonal[q] += jp(r, k) * jacobian(q, k);
+      }
+      diagonal[q] += noise(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(q));
+    }
+    for (std::size_t c = 0; c < p.cols(); ++c) p(at + r, c) = jp(r, c);
+    for (std::size_t q = 0; q <= r; ++q) p(at + r, at + q) = p(at + q, at + r) = diagonal[q];
+  }
+  // Rows first, then the mirror: the diagonal block is already in place for both.
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t q = r + 1; q < rows; ++q) p(at + r, at + q) = p(at + q, at + r);
+  }
+  mirror_block(p, at, rows);
+}
+
+void propagate_core(MatrixView p, const Mat15& phi, const Mat15& q) {
+  const std::size_t n = p.cols();
+  PLUMB_ASSERT(n <= kMaxStates);
+  double buffer[kMovingRows * kMaxStates];
+  for (std::size_t r = 0; r < kMovingRows; ++r) {
+    double* __restrict out = buffer + r * kMaxStates;
+    for (std::size_t c = 0; c < n; ++c) out[c] = 0.0;
+    for (std::size_t k = 0; k < kCoreSize; ++k) {
+      const double f = phi(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k));
+      if (f == 0.0) continue;
+      const double* __restrict pk = p.row(k);
+      for (std::size_t c = 0; c < n; ++c) out[c] += f * pk[c];
+    }
+  }
+  for (std::size_t r = 0; r < kMovingRows; ++r) {
+    for (std::size_t c = 0; c < n; ++c) p(r, c) = buffer[r * kMaxStates + c];
+  }
+  auto core = p.fixed<15, 15>(0, 0);
+  // The 15 x 15 block still lacks the right-hand Phi^T.
+  const Mat15 block = core * phi.transpose() + q;
+  core = 0.5 * (block + block.transpose());
+  for (std::size_t r = 0; r < kMovingRows; ++r) {
+    for (std::size_t c = kCoreSize; c < n; ++c) p(c, r) = p(r, c);
+  }
+}
+
+Mat15 to_nav_covariance(ConstMatrixView p, const Quat& q_WI, const Vec3& p_WI, const Vec3& v_WI) {
+  // dp = xi_p - [p]x theta, dv = xi_v - [v]x theta, dtheta_local = R^T theta.
+  Mat15 t = Mat15::Zero();
+  const auto at = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
+  t.block<3, 3>(at(kNavPosition), at(kXiP)).setIdentity();
+  t.block<3, 3>(at(kNavPosition), at(kTheta)) = -skew(p_WI);
+  t.block<3, 3>(at(kNavVelocity), at(kXiV)).setIdentity();
+  t.block<3, 3>(at(kNavVelocity), at(kTheta)) = -skew(v_WI);
+  t.block<3, 3>(at(kNavAttitude), at(kTheta)) = q_WI.toRotationMatrix().transpose();
+  t.block<3, 3>(at(kNavGyroBias), at(kGyroBias)).setIdentity();
+  t.block<3, 3>(at(kNavAccelBias), at(kAccelBias)).setIdentity();
+  const Mat15 core = p.fixed<15, 15>(0, 0);
+  return t * core * t.transpose();
+}
+
+}  // namespace plumb

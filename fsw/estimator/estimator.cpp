@@ -1,0 +1,415 @@
+#include "fsw/estimator/estimator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/mission_config.h"
+
+namespace plumb {
+namespace {
+
+// "Zero" uncertainty of what defines the world frame: small against every sensor, large against rounding.
+constexpr double kPinnedSigma = 1e-6;          // rad, m
+constexpr double kStandingVelocity = 0.01;     // m/s, 1 sigma of "standing still"
+constexpr double kGivenAttitude = 0.01;        // rad, 1 sigma, start from truth
+constexpr double kGivenVelocity = 0.05;        // m/s
+constexpr double kMotionTilt = 0.1;            // rad, prior of the in-motion start: wide, so that data decide
+constexpr double kMotionVelocity = 1.0;        // m/s
+constexpr double kRestTilt = 0.1;              // rad
+constexpr double kAidingTimeout = 0.5;         // s without images: inertial; twice that without ranges: VIO
+constexpr double kKeptImu = 2.5;               // s of samples behind the horizon, for stillness and starting
+
+bool finite(const std::array<double, 3>& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+double norm(const std::array<double, 3>& v) { return Vec3(v.data()).norm(); }
+
+}  // namespace
+
+template <class Config>
+Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibration& calibration,
+                             StageObserver* observer)
+    : options_(options),
+      calibration_(calibration),
+      observer_(observer),
+      visual_(options.vision, calibration),
+      range_(options.range, calibration),
+      motion_start_(options, calibration) {}
+
+template <class Config>
+void Estimator<Config>::reset() {
+  state_.clear();
+  tracks_.clear();
+  ranges_.clear();
+  image_stillness_.clear();
+  start_frames_.clear();
+  initialised_ = false;
+  standing_ = false;
+  last_visual_t_ = Time::never();
+  last_range_t_ = Time::never();
+  const std::uint32_t resets = nav_.reset_count + 1;
+  nav_ = {};
+  nav_.reset_count = resets;
+  ++counters_.resets;
+}
+
+template <class Config>
+Status Estimator<Config>::add_imu(const ImuSample& sample) {
+  ++counters_.imu_samples;
+  const bool sane = finite(sample.gyro_rad_s) && finite(sample.accel_m_s2) &&
+                    norm(sample.gyro_rad_s) <= options_.imu.max_gyro_rad_s &&
+                    norm(sample.accel_m_s2) <= options_.imu.max_accel_m_s2;
+  if (!sane) {
+    ++counters_.imu_invalid;
+    return Status::kInvalidValue;
+  }
+  const Time before = imu_.newest();
+  if (!ok(imu_.push(sample))) {
+    ++counters_.imu_out_of_order;
+    return Status::kOutOfOrder;
+  }
+  if (before != Time::never() && (sample.t - before).seconds() > options_.imu.max_gap_s) {
+    ++counters_.imu_gaps;
+    imu_.clear();
+    static_cast<void>(imu_.push(sample));
+    if (initialised_) reset();
+  }
+  return Status::kOk;
+}
+
+template <class Config>
+Status Estimator<Config>::add_range(const RangeSample& sample) {
+  ++counters_.ranges;
+  if (!options_.range.enabled) return Status::kOk;
+  const bool usable = sample.quality == RangeQuality::kValid && sample.range_m >= options_.range.min_range_m &&
+                      sample.range_m <= options_.range.max_range_m;
+  if (!usable) {
+    ++counters_.ranges_invalid;
+    return Status::kInvalidValue;
+  }
+  const Time newest = ranges_.empty() ? last_frame_t_ : std::max(last_frame_t_, ranges_.back().t);
+  if (sample.t <= newest && newest != Time::never() && !(ranges_.empty() && sample.t == newest)) {
+    ++counters_.ranges_stale;
+    return Status::kStale;
+  }
+  if (ranges_.full()) ranges_.erase(0);
+  return ranges_.push_back(sample);
+}
+
+template <class Config>
+MotionPrediction Estimator<Config>::predict_motion(Time t) const {
+  MotionPrediction out;
+  if (last_frame_t_ == Time::never() || !imu_.spans(last_frame_t_, t)) return out;
+  Quat dq = Quat::Identity();
+  const Vec3 bias = initialised_ ? state_.core.b_gyro_rad_s : Vec3::Zero();
+  imu_.for_each_interval(last_frame_t_, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
+    dq = dq * so3_exp((0.5 * (a.gyro_rad_s + b.gyro_rad_s) - bias) * dt);
+  });
+  out.valid = true;
+  out.q_CnowCprev = (calibration_.q_IC.conjugate() * dq.conjugate() * calibration_.q_IC).normalized();
+  return out;
+}
+
+template <class Config>
+Status Estimator<Config>::process(const Frame& frame) {
+  ++counters_.frames;
+  report_ = {};
+  report_.tracks = static_cast<std::uint32_t>(frame.observations.size());
+  if (frame.t <= last_frame_t_) {
+    ++counters_.frames_out_of_order;
+    return Status::kOutOfOrder;
+  }
+  const Time from = initialised_ ? state_.t : frame.t;
+  if (!imu_.spans(from, frame.t)) {
+    ++counters_.frames_without_imu;
+    return Status::kStale;
+  }
+  const Time window_start = frame.t - Duration::from_seconds(options_.start.still_window_s);
+  const bool image_still = image_stillness_.update(frame, options_.start.still_image_px / calibration_.focal_px,
+                                                   options_.start.still_window_s);
+  standing_ = image_still && imu_is_still(imu_, window_start, frame.t, options_.start, options_.imu.gravity_m_s2);
+
+  Status status = initialised_ ? fuse_image(frame) : start(frame);
+  last_frame_t_ = frame.t;
+  imu_.drop_before(frame.t - Duration::from_seconds(kKeptImu));
+  if (status == Status::kNumericalFault) {
+    ++counters_.numerical_faults;
+    reset();
+  }
+  publish(report_.slam_used + report_.msckf_used > 0, frame.t);
+  return status;
+}
+
+template <class Config>
+Status Estimator<Config>::fuse_image(const Frame& frame) {
+  Status status = fuse_ranges_until(frame.t, false);
+  if (!ok(status)) return status;
+  {
+    StageScope scope(observer_, Stage::kPropagation);
+    propagate_to(frame.t);
+    tracks_.append(frame);
+    make_room_for_clone();
+    state_.clone_camera(frame.sequence, calibration_.q_IC, calibration_.p_IC_m);
+  }
+  status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
+  if (!ok(status)) return status;
+  if (standing_) status = fuse_standing(frame.t);
+  if (!ok(status)) return status;
+  status = fuse_ranges_until(frame.t, true);
+  if (!ok(status)) return status;
+  return state_.healthy() ? Status::kOk : Status::kNumericalFault;
+}
+
+template <class Config>
+void Estimator<Config>::propagate_to(Time t) {
+  if (!(state_.t < t)) return;
+  CoreTransition transition;
+  imu_.for_each_interval(state_.t, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
+    propagate_step(state_.core, transition, a, b, dt, options_.imu);
+  });
+  propagate_core(state_.covariance(), transition.phi, transition.q);
+  state_.t = t;
+}
+
+template <class Config>
+Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
+  while (!ranges_.empty() && (ranges_.front().t < t || (including && ranges_.front().t == t))) {
+    const RangeSample range = ranges_.front();
+    ranges_.erase(0);  // used once, whatever becomes of it
+    report_.range_outcome = RangeOutcome::kStale;
+    const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
+    if (fresh) {
+      {
+        StageScope scope(observer_, Stage::kPropagation);
+        propagate_to(range.t);
+      }
+      StageScope scope(observer_, Stage::kRange);
+      if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
+      last_range_depth_m_ = (calibration_.p_CR_m + range.range_m * calibration_.u_C).z();
+      if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
+    }
+    count_range(report_.range_outcome);
+  }
+  return Status::kOk;
+}
+
+template <class Config>
+void Estimator<Config>::count_range(RangeOutcome outcome) {
+  switch (outcome) {
+    case RangeOutcome::kUsed: ++counters_.ranges_used; break;
+    case RangeOutcome::kGated: ++counters_.ranges_gated; break;
+    case RangeOutcome::kNoFacet: ++counters_.ranges_no_facet; break;
+    case RangeOutcome::kBadGeometry: ++counters_.ranges_bad_geometry; break;
+    case RangeOutcome::kStale: ++counters_.ranges_stale; break;
+    case RangeOutcome::kNone:
+    case RangeOutcome::kInvalid:
+    case RangeOutcome::kNotInitialised: ++counters_.ranges_invalid; break;
+  }
+}
+
+template <class Config>
+void Estimator<Config>::make_room_for_clone() {
+  const auto& window = state_.window();
+  // While nothing moves, the newest pose is replaced instead of the oldest: the window keeps the baseline it has.
+  if (standing_ && window.size() >= 2) {
+    const std::uint32_t gone = state_.newest().sequence;
+    state_.drop_pose(window.size() - 1);
+    for (auto& track : tracks_.tracks()) {
+      for (std::size_t i = track.samples.size(); i-- > 0;) {
+        if (track.samples[i].sequence == gone) track.samples.erase(i);
+      }
+    }
+  } else if (window.full()) {
+    state_.drop_pose(0);
+  }
+}
+
+template <class Config>
+Status Estimator<Config>::fuse_standing(Time t) {
+  const ImuStatistics rest = imu_.statistics(last_frame_t_, t);
+  const double span_s = std::max((t - last_frame_t_).seconds(), 1e-3);
+  stack_.begin(state_);
+  if (!ok(add_zero_velocity(state_, stack_, kStandingVelocity))) return Status::kOk;
+  if (rest.count > 0) {
+    add_zero_rate(state_, stack_, rest.mean_gyro_rad_s, options_.imu.gyro_noise_density / std::sqrt(span_s));
+  }
+  report_.zero_velocity = true;
+  return stack_.apply(state_);
+}
+
+template <class Config>
+DepthPrior Estimator<Config>::depth_prior() const {
+  constexpr double kRelativeSigma = 0.5;  // terrain within a factor of two of the ranged depth is well inside two sigma
+  const bool ranged = last_range_t_ != Time::never() && (state_.t - last_range_t_).seconds() < kAidingTimeout;
+  if (ranged && last_range_depth_m_ > 0.0) {
+    return {1.0 / last_range_depth_m_, kRelativeSigma / last_range_depth_m_};
+  }
+  const double d = options_.vision.min_depth_m;  // semi-infinite: from d_min to infinity within two sigma
+  return {1.0 / (2.0 * d), 1.0 / (4.0 * d)};
+}
+
+template <class Config>
+Status Estimator<Config>::start(const Frame& frame) {
+  StageScope scope(start_given_ ? nullptr : observer_, Stage::kInitialisation);
+  StageObserver* const observer = observer_;
+  observer_ = nullptr;  // stages do not nest: the re-run counts as initialisation
+  Status status = Status::kNotReady;
+  if (start_given_) {
+    start_from_given(frame);
+    status = fuse_image(frame);
+  } else if (standing_) {
+    status = start_standing(frame);
+  } else {
+    status = start_in_motion(frame);
+  }
+  observer_ = observer;
+  return status;
+}
+
+template <class Config>
+void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Vec3& sigmas) {
+  state_.clear();
+  tracks_.clear();
+  state_.t = t;
+  state_.core = core;
+  MatrixView p = state_.covariance();
+  const auto set = [&p](std::size_t at, double sigma) { p(at, at) = sigma * sigma; };
+  for (std::size_t k = 0; k < 3; ++k) {
+    set(kTheta + k, k < 2 ? sigmas(0) : kPinnedSigma);
+    set(kXiV + k, sigmas(1));
+    set(kXiP + k, sigmas(2));
+    set(kGyroBias + k, options_.start.gyro_bias_sigma_rad_s);
+    set(kAccelBias + k, options_.start.accel_bias_sigma_m_s2);
+  }
+  initialised_ = true;
+}
+
+template <class Config>
+Status Estimator<Config>::start_standing(const Frame& frame) {
+  const double span_s = options_.start.still_window_s;
+  const ImuStatistics rest = imu_.statistics(frame.t - Duration::from_seconds(span_s), frame.t);
+  CoreState core;
+  core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
+  core.b_gyro_rad_s = rest.mean_gyro_rad_s;
+  begin_filter(frame.t, core, Vec3(kRestTilt, kStandingVelocity, kPinnedSigma));
+  stack_.begin(state_);
+  add_zero_rate(state_, stack_, rest.mean_gyro_rad_s, options_.imu.gyro_noise_density / std::sqrt(span_s));
+  add_gravity(state_, stack_, rest.mean_accel_m_s2, options_.imu.gravity_m_s2,
+              options_.imu.accel_noise_density / std::sqrt(span_s));
+  const Status status = stack_.apply(state_);
+  if (!ok(status)) return status;
+  start_frames_.clear();
+  while (!ranges_.empty() && ranges_.front().t < frame.t) ranges_.erase(0);
+  return fuse_image(frame);
+}
+
+template <class Config>
+void Estimator<Config>::start_from_given(const Frame& frame) {
+  CoreState core;
+  core.motion.q_WI = Quat(given_.q_WI[0], given_.q_WI[1], given_.q_WI[2], given_.q_WI[3]).normalized();
+  core.motion.p_WI_m = Vec3(given_.p_WI_m.data());
+  core.motion.v_WI_m_s = Vec3(given_.v_WI_m_s.data());
+  core.b_gyro_rad_s = Vec3(given_.b_gyro_rad_s.data());
+  core.b_accel_m_s2 = Vec3(given_.b_accel_m_s2.data());
+  begin_filter(frame.t, core, Vec3(kGivenAttitude, kGivenVelocity, kPinnedSigma));
+  start_given_ = false;
+  start_frames_.clear();
+  while (!ranges_.empty() && ranges_.front().t < frame.t) ranges_.erase(0);
+}
+
+template <class Config>
+Status Estimator<Config>::start_in_motion(const Frame& frame) {
+  const Duration longest = Duration::from_seconds(options_.start.motion_window_max_s);
+  while (!start_frames_.empty() && (start_frames_.full() || frame.t - start_frames_.front().t > longest ||
+                                    start_frames_.front().t < imu_.oldest())) {
+    start_frames_.erase(0);
+  }
+  if (!(imu_.oldest() <= frame.t)) return Status::kNotReady;
+  static_cast<void>(start_frames_.push_back(frame));
+  const double span_s = (frame.t - start_frames_.front().t).seconds();
+  if (span_s < options_.start.motion_window_s || !pose_start_problem()) return Status::kNotReady;
+
+  const Result<StartSolution> solution = motion_start_.solve(start_problem_, imu_);
+  if (!solution) return Status::kNotReady;
+  constexpr double kKnownVelocity = 0.15;  // of the speed, 1 sigma: below it there is no point in waiting
+  constexpr double kKnownSlowVelocity = 0.05;  // m/s
+  const double speed = solution->core.motion.v_WI_m_s.norm();
+  const bool known = solution->velocity_sigma_m_s.norm() < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
+  const bool waited = span_s > 0.9 * options_.start.motion_window_max_s;
+  if (!known && !waited) return Status::kNotReady;
+
+  begin_filter(start_frames_.front().t, solution->core, Vec3(kMotionTilt, kMotionVelocity, kPinnedSigma));
+  while (!ranges_.empty() && ranges_.front().t < state_.t) ranges_.erase(0);
+  for (const Frame& buffered : start_frames_) {
+    const Status status = fuse_image(buffered);
+    if (!ok(status)) return status;
+  }
+  start_frames_.clear();
+  return Status::kOk;
+}
+
+template <class Config>
+bool Estimator<Config>::pose_start_problem() {
+  StartProblem& problem = start_problem_;
+  problem.images.clear();
+  problem.features.clear();
+  problem.ranges.clear();
+  const std::size_t frames = start_frames_.size();
+  const std::size_t images = std::min(frames, kMaxStartImages);
+  std::array<std::size_t, kMaxStartImages> chosen{};
+  for (std::size_t i = 0; i < images; ++i) {  // evenly spread, the first and the last among them
+    chosen[i] = i * (frames - 1) / (images - 1);
+    static_cast<void>(problem.images.push_back(start_frames_[chosen[i]].t));
+  }
+  // Tracks in order of birth: the oldest reach furthest back.
+  constexpr std::size_t kMinEarlier = 3;
+  for (const FeatureObservation& now : start_frames_.back().observations) {
+    if (problem.features.full()) break;
+    StartFeature feature;
+    feature.anchor_z = Vec2(now.x, now.y);
+    for (std::size_t i = 0; i + 1 < images; ++i) {
+      const auto& seen = start_frames_[chosen[i]].observations;
+      const auto found = std::lower_bound(seen.begin(), seen.end(), now.track_id,
+                                          [](const FeatureObservation& o, std::uint32_t id) { return o.track_id < id; });
+      if (found == seen.end() || found->track_id != now.track_id) continue;
+      static_cast<void>(feature.earlier.push_back({i, Vec2(found->x, found->y)}));
+    }
+    if (feature.earlier.size() >= kMinEarlier) static_cast<void>(problem.features.push_back(feature));
+  }
+  const Time first = problem.images.front();
+  const Time last = problem.images.back();
+  for (const RangeSample& range : ranges_) {
+    if (range.t < first || range.t > last || problem.ranges.full()) continue;
+    static_cast<void>(problem.ranges.push_back({range.t, range.range_m}));
+  }
+  return !problem.features.empty();
+}
+
+template <class Config>
+void Estimator<Config>::start_from(const NavState& truth) {
+  given_ = truth;
+  start_given_ = true;
+}
+
+template <class Config>
+void Estimator<Config>::publish(bool visual, Time t) {
+  if (visual) last_visual_t_ = t;
+  if (!initialised_) return;
+  const auto within = [t](Time last, double limit_s) { return last != Time::never() && (t - last).seconds() <= limit_s; };
+  nav_.t = state_.t;
+  nav_.valid = true;
+  const bool vision = within(last_visual_t_, kAidingTimeout) || standing_;
+  const bool range = within(last_range_t_, 2.0 * kAidingTimeout);
+  nav_.mode = !vision ? NavMode::kInertial : (range ? NavMode::kRangeVio : NavMode::kVio);
+  const KinematicState& m = state_.core.motion;
+  Eigen::Map<Vec3>(nav_.p_WI_m.data()) = m.p_WI_m;
+  Eigen::Map<Vec3>(nav_.v_WI_m_s.data()) = m.v_WI_m_s;
+  nav_.q_WI = {m.q_WI.w(), m.q_WI.x(), m.q_WI.y(), m.q_WI.z()};
+  Eigen::Map<Vec3>(nav_.b_gyro_rad_s.data()) = state_.core.b_gyro_rad_s;
+  Eigen::Map<Vec3>(nav_.b_accel_m_s2.data()) = state_.core.b_accel_m_s2;
+  const ConstMatrixView p = static_cast<const FilterState<Config>&>(state_).covariance();
+  Eigen::Map<Mat15>(nav_.covariance.data()) = to_nav_covariance(p, m.q_WI, m.p_WI_m, m.v_WI_m_s);
+}
+
+template class Estimator<PaperConfig>;
+template class Estimator<FlightConfig>;
+
+}  // namespace plumb

@@ -1,0 +1,92 @@
+#pragma once
+// The state of the filter: IMU core, sliding window of camera poses, features, and the one covariance.
+
+#include <cmath>
+#include <cstdint>
+
+#include "fsw/base/hash.h"
+#include "fsw/base/time.h"
+#include "fsw/estimator/covariance.h"
+#include "fsw/estimator/propagation.h"
+#include "fsw/estimator/visual_model.h"
+
+namespace plumb {
+
+/// A cloned camera pose; `sequence` is that of its image.
+struct WindowPose {
+  std::uint32_t sequence = 0;
+  Quat q_WC = Quat::Identity();
+  CameraPose camera;
+};
+
+struct SlamFeature {
+  std::uint32_t track_id = 0;
+  std::size_t anchor_slot = 0;
+  FeatureParameters parameters = FeatureParameters::Zero();
+  int consecutive_rejections = 0;
+};
+
+template <class Config>
+class FilterState {
+ public:
+  using Layout = ErrorLayout<Config>;
+
+  Time t;
+  CoreState core;
+  FixedVector<SlamFeature, Config::kMaxSlamFeatures> features;
+
+  /// Everything forgotten; covariance zero.
+  void clear() {
+    t = Time::never();
+    core = {};
+    features.clear();
+    window_.clear();
+    covariance_.clear();
+  }
+
+  /// Active states: core, every pose slot (used or not), features present.
+  std::size_t size() const { return Layout::feature(features.size()); }
+  MatrixView covariance() { return covariance_.view(size(), size()); }
+  ConstMatrixView covariance() const { return covariance_.view().block(0, 0, size(), size()); }
+
+  /// Pose slots in use, oldest first.
+  const FixedVector<std::size_t, Config::kMaxPoses>& window() const { return window_; }
+  const WindowPose& pose(std::size_t slot) const { return poses_[slot]; }
+  const WindowPose& newest() const { return poses_[window_.back()]; }
+  /// Slot of the pose of that image, or kMaxPoses when it is not in the window.
+  std::size_t slot_of(std::uint32_t sequence) const {
+    for (std::size_t slot : window_) {
+      if (poses_[slot].sequence == sequence) return slot;
+    }
+    return Config::kMaxPoses;
+  }
+
+  /// Drops the i-th oldest pose. Features anchored there move to the newest other pose first; one that cannot is removed.
+  void drop_pose(std::size_t i);
+  /// Appends the present camera pose. Precondition: the window has a free slot.
+  void clone_camera(std::uint32_t sequence, const Quat& q_IC, const Vec3& p_IC_m);
+  /// Appends a feature without correlation to anything. kFull when there is no slot.
+  Status add_feature(const SlamFeature& feature, const Mat3& covariance);
+  /// Appends a feature whose error is J x + w, w of covariance `noise`; J is 3 x size().
+  Status add_feature(const SlamFeature& feature, ConstMatrixView jacobian, const Support& support, const Mat3& noise);
+  /// The last feature takes the freed place.
+  void remove_feature(std::size_t i);
+
+  /// Moves the state by an error vector of size() elements.
+  void retract(const double* dx);
+
+  /// False when any number is not finite or any variance not positive.
+  bool healthy() const;
+  std::uint64_t hash() const;
+
+ private:
+  bool reanchor(SlamFeature& feature, std::size_t index, std::size_t slot);
+
+  std::array<WindowPose, Config::kMaxPoses> poses_;
+  FixedVector<std::size_t, Config::kMaxPoses> window_;
+  MatrixStorage<Layout::kSize, Layout::kSize> covariance_;
+};
+
+}  // namespace plumb
+
+#include "fsw/estimator/filter_state.inl"

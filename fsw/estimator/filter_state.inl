@@ -1,0 +1,133 @@
+#pragma once
+// Implementation of filter_state.h.
+
+namespace plumb {
+
+template <class Config>
+bool FilterState<Config>::reanchor(SlamFeature& feature, std::size_t index, std::size_t slot) {
+  Reanchoring r;
+  if (!ok(reanchor_feature(pose(feature.anchor_slot).camera, pose(slot).camera, feature.parameters, r))) return false;
+  double storage[kFeatureSize * Layout::kSize] = {};
+  MatrixView jacobian(storage, kFeatureSize, size(), Layout::kSize);
+  jacobian.fixed<3, 6>(0, Layout::pose(feature.anchor_slot)) = r.by_from;
+  jacobian.fixed<3, 6>(0, Layout::pose(slot)) = r.by_to;
+  jacobian.fixed<3, 3>(0, Layout::feature(index)) = r.by_feature;
+  Support support;
+  static_cast<void>(support.push_back({Layout::pose(feature.anchor_slot), kPoseSize}));
+  static_cast<void>(support.push_back({Layout::pose(slot), kPoseSize}));
+  static_cast<void>(support.push_back({Layout::feature(index), kFeatureSize}));
+  assign_linear(covariance(), Layout::feature(index), jacobian, support, Mat3::Zero());
+  feature.parameters = r.feature;
+  feature.anchor_slot = slot;
+  return true;
+}
+
+template <class Config>
+void FilterState<Config>::drop_pose(std::size_t i) {
+  const std::size_t leaving = window_[i];
+  const std::size_t heir = i + 1 == window_.size() ? (i == 0 ? leaving : window_[i - 1]) : window_.back();
+  for (std::size_t f = features.size(); f-- > 0;) {  // backwards: removal moves the last feature down
+    if (features[f].anchor_slot != leaving) continue;
+    if (heir == leaving || !reanchor(features[f], f, heir)) remove_feature(f);
+  }
+  clear_block(covariance(), Layout::pose(leaving), kPoseSize);
+  window_.erase(i);
+}
+
+template <class Config>
+void FilterState<Config>::clone_camera(std::uint32_t sequence, const Quat& q_IC, const Vec3& p_IC_m) {
+  bool used[Config::kMaxPoses] = {};
+  for (std::size_t slot : window_) used[slot] = true;
+  std::size_t slot = 0;
+  while (slot < Config::kMaxPoses && used[slot]) ++slot;
+  PLUMB_ASSERT(slot < Config::kMaxPoses);
+
+  WindowPose& added = poses_[slot];
+  added.sequence = sequence;
+  added.q_WC = (core.motion.q_WI * q_IC).normalized();
+  added.camera.R_WC = added.q_WC.toRotationMatrix();
+  added.camera.p_WC_m = core.motion.p_WI_m + core.motion.q_WI * p_IC_m;
+  static_assert(kXiP == kTheta + 3, "a clone copies theta and xi_p as one block");
+  clone_block(covariance(), kTheta, Layout::pose(slot), kPoseSize);
+  static_cast<void>(window_.push_back(slot));
+}
+
+template <class Config>
+Status FilterState<Config>::add_feature(const SlamFeature& feature, const Mat3& covariance_block) {
+  if (!ok(features.push_back(feature))) return Status::kFull;
+  const std::size_t at = Layout::feature(features.size() - 1);
+  clear_block(covariance(), at, kFeatureSize);
+  covariance().template fixed<3, 3>(at, at) = covariance_block;
+  return Status::kOk;
+}
+
+template <class Config>
+Status FilterState<Config>::add_feature(const SlamFeature& feature, ConstMatrixView jacobian, const Support& support,
+                                        const Mat3& noise) {
+  if (!ok(add_feature(feature, Mat3::Zero()))) return Status::kFull;
+  assign_linear(covariance(), Layout::feature(features.size() - 1), jacobian, support, noise);
+  return Status::kOk;
+}
+
+template <class Config>
+void FilterState<Config>::remove_feature(std::size_t i) {
+  const std::size_t last = features.size() - 1;
+  if (i != last) {
+    move_block(covariance(), Layout::feature(last), Layout::feature(i), kFeatureSize);
+    features[i] = features[last];
+  }
+  features.pop_back();
+}
+
+template <class Config>
+void FilterState<Config>::retract(const double* dx) {
+  retract_core(core, dx);
+  for (std::size_t slot : window_) {
+    WindowPose& pose = poses_[slot];
+    const double* error = dx + Layout::pose(slot);
+    retract_pose(Vec3(error), Vec3(error + 3), pose.q_WC, pose.camera.p_WC_m);
+    pose.camera.R_WC = pose.q_WC.toRotationMatrix();
+  }
+  for (std::size_t i = 0; i < features.size(); ++i) features[i].parameters += Vec3(dx + Layout::feature(i));
+}
+
+template <class Config>
+bool FilterState<Config>::healthy() const {
+  const ConstMatrixView p = covariance();
+  const auto good = [&p](std::size_t i) { return p(i, i) > 0.0 && std::isfinite(p(i, i)); };
+  bool all = core.motion.q_WI.coeffs().allFinite() && core.motion.p_WI_m.allFinite() &&
+             core.motion.v_WI_m_s.allFinite() && core.b_gyro_rad_s.allFinite() && core.b_accel_m_s2.allFinite();
+  for (std::size_t i = 0; i < kCoreSize; ++i) all = all && good(i);
+  for (std::size_t slot : window_) {
+    for (std::size_t i = 0; i < kPoseSize; ++i) all = all && good(Layout::pose(slot) + i);
+  }
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    all = all && features[f].parameters.allFinite();
+    for (std::size_t i = 0; i < kFeatureSize; ++i) all = all && good(Layout::feature(f) + i);
+  }
+  return all;
+}
+
+template <class Config>
+std::uint64_t FilterState<Config>::hash() const {
+  Hash64 h;
+  h.add(static_cast<std::uint64_t>(t.ns()));
+  h.add(core.motion.q_WI.coeffs().data(), 4);
+  h.add(core.motion.p_WI_m.data(), 3);
+  h.add(core.motion.v_WI_m_s.data(), 3);
+  h.add(core.b_gyro_rad_s.data(), 3);
+  h.add(core.b_accel_m_s2.data(), 3);
+  for (std::size_t slot : window_) {
+    h.add(poses_[slot].q_WC.coeffs().data(), 4);
+    h.add(poses_[slot].camera.p_WC_m.data(), 3);
+  }
+  for (const SlamFeature& feature : features) {
+    h.add(std::uint64_t{feature.track_id});
+    h.add(feature.parameters.data(), 3);
+  }
+  const ConstMatrixView p = covariance();
+  for (std::size_t r = 0; r < p.rows(); ++r) h.add(p.row(r), p.cols());
+  return h.value();
+}
+
+}  // namespace plumb

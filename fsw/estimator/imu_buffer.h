@@ -1,0 +1,74 @@
+#pragma once
+// The inertial samples from the fusion horizon to now, and exact integration between any two times they span.
+
+#include <array>
+
+#include "fsw/base/status.h"
+#include "fsw/base/time.h"
+#include "fsw/math/strapdown.h"
+#include "fsw/measurement/samples.h"
+
+namespace plumb {
+
+struct ImuStatistics {
+  std::size_t count = 0;
+  Vec3 mean_gyro_rad_s = Vec3::Zero();
+  Vec3 mean_accel_m_s2 = Vec3::Zero();
+  double gyro_deviation_rad_s = 0.0;   ///< root of the summed variances of the three axes
+  double accel_deviation_m_s2 = 0.0;
+};
+
+class ImuBuffer {
+ public:
+  static constexpr std::size_t kCapacity = 2048;  ///< 1 s at 2 kHz, 8 s at 250 Hz
+
+  void clear() { count_ = 0; }
+  bool empty() const { return count_ == 0; }
+  std::size_t size() const { return count_; }
+  Time oldest() const { return empty() ? Time::never() : at(0).t; }
+  Time newest() const { return empty() ? Time::never() : at(count_ - 1).t; }
+
+  /// kOutOfOrder: not after the newest. When full the oldest sample makes room.
+  Status push(const ImuSample& sample);
+  /// Forgets samples not needed to integrate from t on: all but the last one at or before t.
+  void drop_before(Time t);
+  /// True when samples bracket both ends.
+  bool spans(Time from, Time to) const { return !empty() && oldest() <= from && to <= newest(); }
+
+  /// Calls step(start, end, dt_s) for each interval between samples from `from` to `to`, the first and the last cut to
+  /// fit by linear interpolation. Precondition: spans(from, to).
+  template <typename Step>
+  void for_each_interval(Time from, Time to, Step step) const {
+    if (!(from < to)) return;
+    std::size_t i = first_after(from);
+    Time t = from;
+    InertialRates start = rates_at(from, i);
+    for (; i < count_ && t < to; ++i) {
+      const bool last = at(i).t >= to;
+      const InertialRates end = last ? rates_at(to, i) : rates(at(i));
+      const Time t_end = last ? to : at(i).t;
+      step(start, end, (t_end - t).seconds());
+      start = end;
+      t = t_end;
+    }
+  }
+
+  /// Over the samples in [from, to].
+  ImuStatistics statistics(Time from, Time to) const;
+
+ private:
+  static InertialRates rates(const ImuSample& s) {
+    return {Vec3(s.gyro_rad_s.data()), Vec3(s.accel_m_s2.data())};
+  }
+  const ImuSample& at(std::size_t i) const { return samples_[(first_ + i) % kCapacity]; }
+  /// Index of the first sample after t.
+  std::size_t first_after(Time t) const;
+  /// Rates at t, between samples `next` - 1 and `next`.
+  InertialRates rates_at(Time t, std::size_t next) const;
+
+  std::array<ImuSample, kCapacity> samples_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace plumb

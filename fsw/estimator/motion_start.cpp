@@ -1,0 +1,256 @@
+#include "fsw/estimator/motion_start.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "fsw/estimator/facet_search.h"
+#include "fsw/math/kernels.h"
+
+namespace plumb {
+namespace {
+
+constexpr int kMaxIterations = 20;
+constexpr std::size_t kMinFeatures = 10;
+constexpr double kMinFlowPx = 4.0;             // without flow there is nothing to tell velocity from
+constexpr double kHuber = 2.0;                 // sigmas
+constexpr double kMaxRmsPx = 2.0;
+constexpr double kRelativeFacetError = 0.1;    // of the inverse depth: how flat a facet is taken to be
+constexpr double kDefaultInverseDepth = 0.5;   // 1/m, first guess without a range
+constexpr double kVelocityPrior = 20.0;        // m/s
+constexpr double kTiltPrior = 0.5;             // rad
+constexpr double kDepthPrior = 20.0;           // 1/m
+constexpr double kPinned = 1e-6;               // yaw and position define the world frame
+constexpr double kMaxDamping = 1e8;
+
+/// Huber weight of a residual of whitened length r.
+double robust_weight(double r) { return r <= kHuber ? 1.0 : kHuber / r; }
+double robust_cost(double r) { return r <= kHuber ? r * r : kHuber * (2.0 * r - kHuber); }
+
+}  // namespace
+
+MotionStart::MotionStart(const EstimatorOptions& options, const SensorCalibration& calibration)
+    : options_(options), calibration_(calibration), sigma_(options.vision.pixel_noise_px / calibration.focal_px) {}
+
+Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuBuffer& imu) {
+  const std::size_t features = problem.features.size();
+  if (features < kMinFeatures || problem.images.size() < 3) return Status::kIllConditioned;
+  const std::size_t unknowns = kCoreSize + features;
+  Estimate estimate = first_guess(problem, imu);
+  double cost = linearise(problem, imu, estimate);
+  double damping = 1e-3;
+  double step[kMaxUnknowns];
+  for (int i = 0; i < kMaxIterations && damping < kMaxDamping; ++i) {
+    if (!solve_step(damping, unknowns, step)) return Status::kNumericalFault;
+    Estimate trial = estimate;
+    retract_core(trial.core, step);
+    for (std::size_t j = 0; j < features; ++j) trial.rho[j] += step[kCoreSize + j];
+    const double trial_cost = linearise(problem, imu, trial);
+    if (!(trial_cost < cost)) {
+      damping *= 8.0;
+      linearise(problem, imu, estimate);
+      continue;
+    }
+    const bool converged = cost - trial_cost < 1e-6 * cost;
+    estimate = trial;
+    cost = trial_cost;
+    damping *= 0.2;
+    if (converged) break;
+  }
+  linearise(problem, imu, estimate);
+  const std::size_t inside = static_cast<std::size_t>(
+      std::count_if(estimate.rho.begin(), estimate.rho.begin() + static_cast<std::ptrdiff_t>(features),
+                    [](double rho) { return rho > 0.0; }));
+  const double dof = static_cast<double>(std::max<std::size_t>(residuals_, unknowns + 1) - unknowns);
+  StartSolution out;
+  out.rms_px = std::sqrt(squared_residuals_ / dof) * options_.vision.pixel_noise_px;
+  if (!std::isfinite(cost) || 4 * inside < 3 * features || !(out.rms_px < kMaxRmsPx)) return Status::kRejected;
+  out.core = estimate.core;
+  out.velocity_sigma_m_s = velocity_sigma(unknowns);
+  return out;
+}
+
+MotionStart::Estimate MotionStart::first_guess(const StartProblem& problem, const ImuBuffer& imu) const {
+  // Specific force averaged over up to a second before the window as well, in the frame of the first image: whatever
+  // the vehicle did, its velocity changed by little against a second of gravity.
+  const Time first = problem.images.front();
+  const Time from = std::max(imu.oldest(), first - Duration::from_ms(1000));
+  KinematicState s;
+  const auto step = [&s](const InertialRates& a, const InertialRates& b, double dt) { strapdown_step(s, a, b, dt, 0.0); };
+  imu.for_each_interval(from, first, step);
+  const Quat q_first = s.q_WI;
+  imu.for_each_interval(first, problem.images.back(), step);
+  Estimate out;
+  out.core.motion.q_WI = rotation_between(q_first.conjugate() * s.v_WI_m_s, Vec3::UnitZ());
+  const double yaw = yaw_of(out.core.motion.q_WI);
+  out.core.motion.q_WI = so3_exp(Vec3(0.0, 0.0, -yaw)) * out.core.motion.q_WI;
+  out.rho.fill(problem.ranges.empty() ? kDefaultInverseDepth : 1.0 / problem.ranges.front().range_m);
+  return out;
+}
+
+void MotionStart::integrate(const StartProblem& problem, const ImuBuffer& imu, const CoreState& start) {
+  CoreState core = start;
+  CoreTransition transition;
+  Time t = problem.images.front();
+  std::size_t next_range = 0;
+  const auto advance = [&](Time to, Station& station) {
+    imu.for_each_interval(t, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
+      propagate_step(core, transition, a, b, dt, options_.imu);
+    });
+    t = std::max(t, to);
+    station.camera.R_WC = (core.motion.q_WI * calibration_.q_IC).toRotationMatrix();
+    station.camera.p_WC_m = core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m;
+    station.by_start = transition.phi.topRows<6>();
+  };
+  for (std::size_t i = 0; i < problem.images.size(); ++i) {
+    for (; next_range < problem.ranges.size() && problem.ranges[next_range].t <= problem.images[i]; ++next_range) {
+      advance(problem.ranges[next_range].t, ranges_[next_range]);
+    }
+    advance(problem.images[i], images_[i]);
+  }
+}
+
+double MotionStart::linearise(const StartProblem& problem, const ImuBuffer& imu, const Estimate& estimate) {
+  const std::size_t unknowns = kCoreSize + problem.features.size();
+  integrate(problem, imu, estimate.core);
+  MatrixView a = a_.view(unknowns, unknowns);
+  for (std::size_t r = 0; r < unknowns; ++r) std::fill_n(a.row(r), unknowns, 0.0);
+  std::fill_n(b_, unknowns, 0.0);
+  squared_residuals_ = 0.0;
+  residuals_ = 0;
+  double cost = add_prior(estimate.core);
+  for (std::size_t j = 0; j < problem.features.size(); ++j) cost += add_feature(problem, j, estimate.rho[j]);
+  for (std::size_t k = 0; k < problem.ranges.size(); ++k) cost += add_range(problem, k, estimate);
+  return cost;
+}
+
+double MotionStart::add_prior(const CoreState& core) {
+  MatrixView a = a_.view();
+  const auto prior = [&](std::size_t at, double sigma, double deviation) {
+    a(at, at) += 1.0 / (sigma * sigma);
+    b_[at] -= deviation / (sigma * sigma);
+    return deviation * deviation / (sigma * sigma);
+  };
+  double cost = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto e = static_cast<Eigen::Index>(k);
+    cost += prior(kTheta + k, k < 2 ? kTiltPrior : kPinned, 0.0);
+    cost += prior(kXiP + k, kPinned, 0.0);
+    cost += prior(kXiV + k, kVelocityPrior, core.motion.v_WI_m_s(e));
+    cost += prior(kGyroBias + k, options_.start.gyro_bias_sigma_rad_s, core.b_gyro_rad_s(e));
+    cost += prior(kAccelBias + k, options_.start.accel_bias_sigma_m_s2, core.b_accel_m_s2(e));
+  }
+  return cost;
+}
+
+double MotionStart::add_feature(const StartProblem& problem, std::size_t index, double rho) {
+  const StartFeature& feature = problem.features[index];
+  const Station& anchor = images_[problem.images.size() - 1];
+  const FeatureParameters parameters(feature.anchor_z.x(), feature.anchor_z.y(), rho);
+  const std::size_t column = kCoreSize + index;
+  a_.view()(column, column) += 1.0 / (kDepthPrior * kDepthPrior);
+  double cost = rho * rho / (kDepthPrior * kDepthPrior);
+  b_[column] -= rho / (kDepthPrior * kDepthPrior);
+  for (const StartObservation& seen : feature.earlier) {
+    const Station& station = images_[seen.image];
+    VisualPrediction p;
+    if (!ok(predict_feature(station.camera, anchor.camera, parameters, p))) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const Vec2 residual = (seen.z - p.z) / sigma_;
+    const Eigen::Matrix<double, 2, 15> by_core = p.by_pose * (station.by_start - anchor.by_start) / sigma_;
+    const double length = residual.norm();
+    const double weight = robust_weight(length);
+    cost += robust_cost(length);
+    squared_residuals_ += weight * length * length;
+    residuals_ += 2;
+    for (Eigen::Index r = 0; r < 2; ++r) {
+      const double by_depth = p.by_feature(r, 2) / sigma_;
+      add_row(by_core.row(r), {&column, 1}, {&by_depth, 1}, residual(r), weight);
+    }
+  }
+  return cost;
+}
+
+double MotionStart::add_range(const StartProblem& problem, std::size_t index, const Estimate& estimate) {
+  // The impact point, seen from the anchor image, must have the inverse depth of the facet it falls into there: inverse
+  // depth is affine in image coordinates over a plane.
+  const CameraPose& camera = ranges_[index].camera;
+  const CameraPose& anchor = images_[problem.images.size() - 1].camera;
+  const Vec3 impact_C = calibration_.p_CR_m + problem.ranges[index].range_m * calibration_.u_C;
+  const Vec3 h = anchor.R_WC.transpose() * (camera.p_WC_m + camera.R_WC * impact_C - anchor.p_WC_m);
+  if (!(h.z() > 0.0)) return 0.0;
+  FixedVector<Vec2, kMaxStartFeatures> points;
+  for (const StartFeature& feature : problem.features) static_cast<void>(points.push_back(feature.anchor_z));
+  const Vec2 query = h.head<2>() / h.z();
+  const Result<FacetChoice> facet = find_facet({points.data(), points.size()}, query);
+  if (!facet) return 0.0;
+  Mat3 corners;
+  for (Eigen::Index j = 0; j < 3; ++j) corners.col(j) = points[facet->vertices[static_cast<std::size_t>(j)]].homogeneous();
+  const Vec3 lambda = corners.inverse() * query.homogeneous();
+  const double measured = 1.0 / h.z();
+  const double sigma = kRelativeFacetError * measured;
+  double residual = measured;
+  std::array<std::size_t, 3> columns{};
+  std::array<double, 3> by_depth{};
+  for (std::size_t j = 0; j < 3; ++j) {
+    const double weight = lambda(static_cast<Eigen::Index>(j));
+    residual -= weight * estimate.rho[facet->vertices[j]];
+    columns[j] = kCoreSize + facet->vertices[j];
+    by_depth[j] = weight / sigma;
+  }
+  const double length = std::abs(residual) / sigma;
+  add_row(Eigen::Matrix<double, 1, 15>::Zero(), columns, by_depth, residual / sigma, robust_weight(length));
+  return robust_cost(length);
+}
+
+void MotionStart::add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
+                          std::span<const double> by_depth, double residual, double weight) {
+  MatrixView a = a_.view();
+  for (std::size_t r = 0; r < kCoreSize; ++r) {
+    const double wr = weight * by_core(static_cast<Eigen::Index>(r));
+    for (std::size_t c = 0; c <= r; ++c) a(r, c) += wr * by_core(static_cast<Eigen::Index>(c));
+    b_[r] += wr * residual;
+  }
+  for (std::size_t k = 0; k < depths.size(); ++k) {
+    const double wk = weight * by_depth[k];
+    for (std::size_t c = 0; c < kCoreSize; ++c) a(depths[k], c) += wk * by_core(static_cast<Eigen::Index>(c));
+    for (std::size_t m = 0; m < depths.size(); ++m) {
+      if (depths[m] <= depths[k]) a(depths[k], depths[m]) += wk * by_depth[m];
+    }
+    b_[depths[k]] += wk * residual;
+  }
+}
+
+bool MotionStart::solve_step(double damping, std::size_t unknowns, double* step) {
+  MatrixView l = factor_.view(unknowns, unknowns);
+  const ConstMatrixView a = a_.view();
+  for (std::size_t r = 0; r < unknowns; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) l(r, c) = a(r, c);
+    l(r, r) *= 1.0 + damping;
+    step[r] = b_[r];
+  }
+  if (!ok(cholesky_in_place(l))) return false;
+  solve_lower_in_place(l, MatrixView(step, unknowns, 1, 1));
+  solve_lower_transposed_in_place(l, step);
+  return true;
+}
+
+Vec3 MotionStart::velocity_sigma(std::size_t unknowns) {
+  Vec3 sigma = Vec3::Constant(std::numeric_limits<double>::infinity());
+  double column[kMaxUnknowns];
+  if (!solve_step(0.0, unknowns, column)) return sigma;  // leaves the undamped factor behind
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::fill_n(column, unknowns, 0.0);
+    column[kXiV + k] = 1.0;
+    solve_lower_in_place(factor_.view(unknowns, unknowns), MatrixView(column, unknowns, 1, 1));
+    double variance = 0.0;
+    for (std::size_t i = 0; i < unknowns; ++i) variance += column[i] * column[i];
+    sigma(static_cast<Eigen::Index>(k)) = std::sqrt(variance);
+  }
+  return sigma;
+}
+
+}  // namespace plumb

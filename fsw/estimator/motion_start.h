@@ -1,0 +1,98 @@
+#pragma once
+// Starting in motion: the velocity, tilt and biases that best explain how features flowed over the last half second.
+//
+// Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the 15
+// core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean specific
+// force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The result is the point the
+// filter linearises about when it is started, with a wide prior, from the window's first image; it is not itself fused,
+// so nothing is counted twice.
+
+#include <span>
+
+#include "fsw/estimator/imu_buffer.h"
+#include "fsw/estimator/options.h"
+#include "fsw/estimator/propagation.h"
+#include "fsw/estimator/visual_model.h"
+#include "fsw/math/matrix.h"
+
+namespace plumb {
+
+inline constexpr std::size_t kMaxStartImages = 12;
+inline constexpr std::size_t kMaxStartRanges = 12;
+inline constexpr std::size_t kMaxStartFeatures = 48;
+
+struct StartObservation {
+  std::size_t image = 0;  ///< index into StartProblem::images
+  Vec2 z = Vec2::Zero();  ///< normalised image plane
+};
+
+/// A feature seen in the newest image of the window (its anchor) and in earlier ones.
+struct StartFeature {
+  Vec2 anchor_z = Vec2::Zero();
+  FixedVector<StartObservation, kMaxStartImages> earlier;
+};
+
+struct StartRange {
+  Time t;
+  double range_m = 0.0;
+};
+
+struct StartProblem {
+  FixedVector<Time, kMaxStartImages> images;  ///< oldest first
+  FixedVector<StartFeature, kMaxStartFeatures> features;
+  FixedVector<StartRange, kMaxStartRanges> ranges;  ///< between the first and the last image, in order
+};
+
+struct StartSolution {
+  CoreState core;                   ///< at the first image: position zero, yaw zero
+  Vec3 velocity_sigma_m_s = Vec3::Zero();
+  double rms_px = 0.0;              ///< of the reprojection residuals that were not down-weighted
+};
+
+class MotionStart {
+ public:
+  MotionStart(const EstimatorOptions& options, const SensorCalibration& calibration);
+
+  /// kIllConditioned: too few features or no flow; kRejected: the residuals do not fit. Precondition: the IMU buffer
+  /// spans the images.
+  Result<StartSolution> solve(const StartProblem& problem, const ImuBuffer& imu);
+
+ private:
+  static constexpr std::size_t kMaxStations = kMaxStartImages + kMaxStartRanges;
+  static constexpr std::size_t kMaxUnknowns = kCoreSize + kMaxStartFeatures;
+
+  /// Where the camera was at an image or range, and how that depends on the core error at the start.
+  struct Station {
+    CameraPose camera;
+    Eigen::Matrix<double, 6, 15, Eigen::RowMajor> by_start;
+  };
+  struct Estimate {
+    CoreState core;
+    std::array<double, kMaxStartFeatures> rho{};
+  };
+
+  Estimate first_guess(const StartProblem& problem, const ImuBuffer& imu) const;
+  void integrate(const StartProblem& problem, const ImuBuffer& imu, const CoreState& core);
+  /// Fills the normal equations at the estimate; returns the robust cost, infinite when a feature falls behind a camera.
+  double linearise(const StartProblem& problem, const ImuBuffer& imu, const Estimate& estimate);
+  double add_feature(const StartProblem& problem, std::size_t index, double rho);
+  double add_range(const StartProblem& problem, std::size_t index, const Estimate& estimate);
+  double add_prior(const CoreState& core);
+  void add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
+               std::span<const double> by_depth, double residual, double weight);
+  bool solve_step(double damping, std::size_t unknowns, double* step);
+  Vec3 velocity_sigma(std::size_t unknowns);
+
+  EstimatorOptions options_;
+  SensorCalibration calibration_;
+  double sigma_;
+  std::array<Station, kMaxStartImages> images_;
+  std::array<Station, kMaxStartRanges> ranges_;
+  MatrixStorage<kMaxUnknowns, kMaxUnknowns> a_;
+  MatrixStorage<kMaxUnknowns, kMaxUnknowns> factor_;
+  double b_[kMaxUnknowns] = {};
+  double squared_residuals_ = 0.0;
+  std::size_t residuals_ = 0;
+};
+
+}  // namespace plumb

@@ -1,0 +1,70 @@
+#include "fsw/estimator/propagation.h"
+
+namespace plumb {
+namespace {
+constexpr auto at(std::size_t i) { return static_cast<Eigen::Index>(i); }
+}  // namespace
+
+void retract_pose(const Vec3& theta, const Vec3& xi_p, Quat& q, Vec3& p) {
+  const Quat dq = so3_exp(theta);
+  p = dq * p + so3_left_jacobian(theta) * xi_p;
+  q = (dq * q).normalized();
+}
+
+void retract_core(CoreState& core, const double* error) {
+  const Vec3 theta(error + kTheta);
+  core.motion.v_WI_m_s = so3_exp(theta) * core.motion.v_WI_m_s + so3_left_jacobian(theta) * Vec3(error + kXiV);
+  retract_pose(theta, Vec3(error + kXiP), core.motion.q_WI, core.motion.p_WI_m);
+  core.b_gyro_rad_s += Vec3(error + kGyroBias);
+  core.b_accel_m_s2 += Vec3(error + kAccelBias);
+}
+
+Mat15 error_dynamics(const KinematicState& motion, double gravity_m_s2) {
+  const Mat3 r = motion.q_WI.toRotationMatrix();
+  const Vec3 g(0.0, 0.0, -gravity_m_s2);
+  Mat15 f = Mat15::Zero();
+  f.block<3, 3>(at(kTheta), at(kGyroBias)) = -r;
+  f.block<3, 3>(at(kXiV), at(kTheta)) = skew(g);
+  f.block<3, 3>(at(kXiV), at(kGyroBias)) = -skew(motion.v_WI_m_s) * r;
+  f.block<3, 3>(at(kXiV), at(kAccelBias)) = -r;
+  f.block<3, 3>(at(kXiP), at(kXiV)).setIdentity();
+  f.block<3, 3>(at(kXiP), at(kGyroBias)) = -skew(motion.p_WI_m) * r;
+  return f;
+}
+
+void propagate_step(CoreState& state, CoreTransition& transition, const InertialRates& start, const InertialRates& end,
+                    double dt_s, const ImuOptions& options) {
+  const KinematicState before = state.motion;
+  const InertialRates a{start.gyro_rad_s - state.b_gyro_rad_s, start.accel_m_s2 - state.b_accel_m_s2};
+  const InertialRates b{end.gyro_rad_s - state.b_gyro_rad_s, end.accel_m_s2 - state.b_accel_m_s2};
+  strapdown_step(state.motion, a, b, dt_s, options.gravity_m_s2);
+
+  // Linearise at the middle of the step.
+  KinematicState middle;
+  middle.q_WI = before.q_WI.slerp(0.5, state.motion.q_WI);
+  middle.p_WI_m = 0.5 * (before.p_WI_m + state.motion.p_WI_m);
+  middle.v_WI_m_s = 0.5 * (before.v_WI_m_s + state.motion.v_WI_m_s);
+  const Mat15 f = error_dynamics(middle, options.gravity_m_s2) * dt_s;
+  // F is nilpotent of order 4 (bias -> attitude -> velocity -> position): the exponential ends after the cube.
+  const Mat15 f2 = f * f;
+  const Mat15 phi = Mat15::Identity() + f + 0.5 * f2 + (1.0 / 6.0) * (f2 * f);
+
+  // White noise enters where the biases do, and its sign does not matter to the covariance: G = F's bias columns.
+  Eigen::Matrix<double, 15, 12, Eigen::RowMajor> g = Eigen::Matrix<double, 15, 12, Eigen::RowMajor>::Zero();
+  g.leftCols<6>() = f.block<15, 6>(0, at(kGyroBias)) / dt_s;
+  g.block<6, 6>(at(kGyroBias), 6).setIdentity();
+  Eigen::Matrix<double, 12, 1> density;
+  density << Vec3::Constant(options.gyro_noise_density * options.gyro_noise_density),
+      Vec3::Constant(options.accel_noise_density * options.accel_noise_density),
+      Vec3::Constant(options.gyro_bias_walk * options.gyro_bias_walk),
+      Vec3::Constant(options.accel_bias_walk * options.accel_bias_walk);
+  // Phi_half Q_c Phi_half^T dt: exact to second order in dt and positive semidefinite by construction.
+  const Mat15 half = Mat15::Identity() + 0.5 * f + 0.125 * f2;
+  const Eigen::Matrix<double, 15, 12, Eigen::RowMajor> hg = half * g;
+  const Mat15 q = hg * (density * dt_s).asDiagonal() * hg.transpose();
+
+  transition.phi = phi * transition.phi;
+  transition.q = phi * transition.q * phi.transpose() + q;
+}
+
+}  // namespace plumb

@@ -1,0 +1,37 @@
+#pragma once
+// The ranged facet (paper eq. 8 to 11): the laser hits the plane through three features. Written with the barycentric
+// coordinates lambda_j of the impact point, the whole row is n^T / b times {-1 for the camera, lambda_j for feature j}.
+
+#include <array>
+
+#include "fsw/base/status.h"
+#include "fsw/estimator/visual_model.h"
+
+namespace plumb {
+
+/// The beam in the camera frame.
+struct Beam {
+  Vec3 p_CR_m = Vec3::Zero();   ///< origin of the range finder in C
+  Vec3 u_C = Vec3::UnitZ();     ///< unit direction in C
+};
+
+struct FacetVertex {
+  CameraPose anchor;
+  FeatureParameters feature = FeatureParameters::Zero();
+};
+using Facet = std::array<FacetVertex, 3>;
+
+struct RangePrediction {
+  double range_m = 0.0;
+  double cos_incidence = 0.0;                ///< |u . n| / |n|: 1 when the beam hits square
+  Vec3 lambda = Vec3::Zero();                ///< barycentric coordinates of the impact, sum 1
+  Row6 by_camera = Row6::Zero();             ///< d range / d (theta, xi_p) of the camera (or of the IMU carrying it)
+  std::array<Row6, 3> by_anchor{};           ///< d range / d (theta, xi_p) of each vertex's anchor
+  std::array<Eigen::RowVector3d, 3> by_feature{};  ///< d range / d (alpha, beta, rho) of each vertex
+};
+
+/// kIllConditioned: the three features are in line, or the beam grazes their plane; kInvalidValue: a vertex without
+/// positive depth, or the plane is hit behind the range finder.
+Status predict_range(const CameraPose& camera, const Beam& beam, const Facet& facet, RangePrediction& out);
+
+}  // namespace plumb

@@ -1,0 +1,125 @@
+#pragma once
+// One range into the filter, at its own time: the facet under the beam, the checks, the gate, the one-row update.
+
+#include "fsw/estimator/facet_search.h"
+#include "fsw/estimator/range_model.h"
+#include "fsw/estimator/report.h"
+#include "fsw/estimator/update_stack.h"
+
+namespace plumb {
+
+template <class Config>
+class RangeUpdate {
+ public:
+  using Layout = ErrorLayout<Config>;
+
+  RangeUpdate(const RangeOptions& options, const SensorCalibration& calibration)
+      : options_(options), calibration_(calibration), beam_{calibration.p_CR_m, calibration.u_C} {}
+
+  /// Precondition: the state stands at the time of the range. Says in the report what became of it.
+  /// kNumericalFault only when the covariance is unsound.
+  Status fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m, FrameReport& report);
+
+ private:
+  /// A vertex must be known this well: sigma of rho over rho.
+  static constexpr double kMaxDepthUncertainty = 0.5;
+  using Vertices = std::array<std::size_t, 3>;
+
+  CameraPose camera_of(const CoreState& core) const {
+    return {(core.motion.q_WI * calibration_.q_IC).toRotationMatrix(),
+            core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m};
+  }
+  Result<Vertices> facet_under_beam(const FilterState<Config>& state, const CameraPose& camera, double range_m);
+  RangeOutcome add_row(const FilterState<Config>& state, UpdateStack<Config>& stack, const CameraPose& camera,
+                       const Vertices& vertices, double range_m, FrameReport& report);
+
+  RangeOptions options_;
+  SensorCalibration calibration_;
+  Beam beam_;
+  FixedVector<Vec2, Config::kMaxSlamFeatures> points_;
+  FixedVector<std::size_t, Config::kMaxSlamFeatures> candidates_;
+};
+
+template <class Config>
+Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m,
+                                 FrameReport& report) {
+  const CameraPose camera = camera_of(state.core);
+  report.range_measured_m = range_m;
+  const Result<Vertices> vertices = facet_under_beam(state, camera, range_m);
+  if (!vertices) {
+    report.range_outcome = vertices.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
+    return Status::kOk;
+  }
+  stack.begin(state);
+  report.range_outcome = add_row(state, stack, camera, *vertices, range_m, report);
+  if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
+  ++report.ranges_used;
+  return stack.apply(state);
+}
+
+template <class Config>
+Result<typename RangeUpdate<Config>::Vertices> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
+                                                                                     const CameraPose& camera,
+                                                                                     double range_m) {
+  const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
+  if (!(impact_C.z() > 0.0)) return Status::kRejected;
+  points_.clear();
+  candidates_.clear();
+  const ConstMatrixView p = state.covariance();
+  for (std::size_t i = 0; i < state.features.size(); ++i) {
+    const SlamFeature& feature = state.features[i];
+    const double rho = feature.parameters.z();
+    const std::size_t at = Layout::feature(i) + 2;
+    if (!(rho > 0.0) || p(at, at) > kMaxDepthUncertainty * kMaxDepthUncertainty * rho * rho) continue;
+    VisualPrediction seen;
+    if (!ok(predict_feature(camera, state.pose(feature.anchor_slot).camera, feature.parameters, seen))) continue;
+    static_cast<void>(points_.push_back(seen.z));
+    static_cast<void>(candidates_.push_back(i));
+  }
+  const Result<FacetChoice> facet = find_facet({points_.data(), points_.size()}, impact_C.head<2>() / impact_C.z());
+  if (!facet) return facet.status();
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Vec2 edge = points_[facet->vertices[j]] - points_[facet->vertices[(j + 1) % 3]];
+    if (edge.norm() > options_.max_facet_edge) return Status::kRejected;
+  }
+  return Vertices{candidates_[facet->vertices[0]], candidates_[facet->vertices[1]], candidates_[facet->vertices[2]]};
+}
+
+template <class Config>
+RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
+                                          const CameraPose& camera, const Vertices& vertices, double range_m,
+                                          FrameReport& report) {
+  constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+  Facet facet;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const SlamFeature& feature = state.features[vertices[j]];
+    facet[j] = {state.pose(feature.anchor_slot).camera, feature.parameters};
+  }
+  RangePrediction prediction;
+  if (!ok(predict_range(camera, beam_, facet, prediction))) return RangeOutcome::kBadGeometry;
+  report.range_predicted_m = prediction.range_m;
+  if (prediction.cos_incidence < std::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
+
+  const double sigma = options_.noise_m;
+  MatrixView h = stack.open(1);
+  Support support;
+  const auto add = [&](std::size_t at, const auto& row) {  // anchors may coincide: contributions add up
+    for (Eigen::Index k = 0; k < row.size(); ++k) h(0, at + static_cast<std::size_t>(k)) += row(k) / sigma;
+  };
+  add(kTheta, prediction.by_camera);  // the camera is fixed to the IMU: both have the same (theta, xi_p)
+  static_cast<void>(support.push_back({kTheta, kPoseSize}));
+  for (std::size_t j = 0; j < 3; ++j) {
+    const std::size_t anchor = Layout::pose(state.features[vertices[j]].anchor_slot);
+    const bool seen = std::any_of(support.begin(), support.end(), [&](const Segment& s) { return s.start == anchor; });
+    if (!seen) static_cast<void>(support.push_back({anchor, kPoseSize}));
+    add(anchor, prediction.by_anchor[j]);
+    add(Layout::feature(vertices[j]), prediction.by_feature[j]);
+    static_cast<void>(support.push_back({Layout::feature(vertices[j]), kFeatureSize}));
+  }
+  stack.residual(0) = (range_m - prediction.range_m) / sigma;
+  const double nis = stack.close(state, support);
+  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0));
+  return nis <= options_.gate_sigma * options_.gate_sigma ? RangeOutcome::kUsed : RangeOutcome::kGated;
+}
+
+}  // namespace plumb

@@ -1,0 +1,96 @@
+#pragma once
+// The rows of one feature track that is not in the state (paper section III-B, MSCKF): all its observations stacked, the
+// feature's own columns taken out by an orthogonal transformation. What is left sees poses only; what was taken out is
+// the start of a SLAM feature, should it become one (delayed initialisation).
+
+#include "fsw/estimator/chi_square.h"
+#include "fsw/estimator/options.h"
+#include "fsw/estimator/triangulation.h"
+#include "fsw/math/kernels.h"
+
+namespace plumb {
+
+/// Columns of the work matrix: feature, then the window's pose slots, then the residual.
+template <std::size_t MaxPoses>
+struct TrackRows {
+  static constexpr std::size_t kPoseColumns = kPoseSize * MaxPoses;
+  static constexpr std::size_t kColumns = kFeatureSize + kPoseColumns + 1;
+  static constexpr std::size_t kMaxRows = 2 * MaxPoses;
+
+  FeatureParameters feature = FeatureParameters::Zero();
+  std::size_t anchor_slot = 0;
+  std::size_t rows = 0;  ///< of the whole stack; the first three determine the feature
+  MatrixStorage<kMaxRows, kColumns> work;
+
+  /// The rows that see poses only: (rows - 3) x (poses | residual).
+  MatrixView pose_rows() { return work.view().block(kFeatureSize, kFeatureSize, rows - kFeatureSize, kPoseColumns + 1); }
+  /// The rows that determine the feature: 3 x (feature upper triangle | poses | residual).
+  ConstMatrixView feature_rows() const { return work.view().block(0, 0, kFeatureSize, kColumns); }
+};
+
+/// Triangulates and stacks, whitened by sigma (normalised plane). Fails as triangulate() does, or kIllConditioned when
+/// the observations do not determine the feature's depth.
+template <std::size_t MaxPoses>
+Status build_track_rows(const Views& views, const TriangulationLimits& limits, double sigma, TrackRows<MaxPoses>& out) {
+  constexpr double kMinDepthInformation = 1e-3;  // diagonal of the whitened triangle; 1/m
+  const std::size_t anchor = views.size() - 1;
+  const Result<FeatureParameters> feature = triangulate(views, anchor, limits);
+  if (!feature) return feature.status();
+  out.feature = *feature;
+  out.anchor_slot = views[anchor].pose_slot;
+  out.rows = 2 * views.size();
+  MatrixView all = out.work.view(out.rows, TrackRows<MaxPoses>::kColumns);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    VisualPrediction prediction;
+    if (!ok(predict_feature(views[i].camera, views[anchor].camera, out.feature, prediction))) return Status::kRejected;
+    for (std::size_t r = 0; r < 2; ++r) {
+      double* row = all.row(2 * i + r);
+      std::fill_n(row, all.cols(), 0.0);
+    }
+    all.template fixed<2, 3>(2 * i, 0) = prediction.by_feature / sigma;
+    if (i != anchor) {  // the anchor's own view has no pose columns: observer and anchor cancel
+      all.template fixed<2, 6>(2 * i, kFeatureSize + kPoseSize * views[i].pose_slot) = prediction.by_pose / sigma;
+      all.template fixed<2, 6>(2 * i, kFeatureSize + kPoseSize * out.anchor_slot) = -prediction.by_pose / sigma;
+    }
+    const Vec2 residual = (views[i].z - prediction.z) / sigma;
+    all(2 * i, all.cols() - 1) = residual.x();
+    all(2 * i + 1, all.cols() - 1) = residual.y();
+  }
+  triangularise(all, kFeatureSize);
+  for (std::size_t k = 0; k < kFeatureSize; ++k) {
+    if (!(std::abs(all(k, k)) > kMinDepthInformation)) return Status::kIllConditioned;
+  }
+  return Status::kOk;
+}
+
+/// True when the pose rows agree with the prior: r^T (H P H^T + I)^-1 r within the chi-square bound for their number.
+/// `poses` is the covariance of the pose slots.
+template <std::size_t MaxPoses>
+bool passes_gate(TrackRows<MaxPoses>& track, ConstMatrixView poses, const ChiSquareTable& gate) {
+  using Rows = TrackRows<MaxPoses>;
+  const MatrixView h = track.pose_rows();
+  const std::size_t m = h.rows();
+  double hp_storage[Rows::kMaxRows * Rows::kPoseColumns];
+  double s_storage[Rows::kMaxRows * Rows::kMaxRows];
+  double y[Rows::kMaxRows];
+  MatrixView hp(hp_storage, m, Rows::kPoseColumns, Rows::kPoseColumns);
+  MatrixView s(s_storage, m, m, Rows::kMaxRows);
+  Support all;
+  static_cast<void>(all.push_back({0, Rows::kPoseColumns}));
+  multiply_rows(h, all, poses, hp);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = i == j ? 1.0 : 0.0;
+      for (std::size_t k = 0; k < Rows::kPoseColumns; ++k) sum += hp(i, k) * h(j, k);
+      s(i, j) = sum;
+    }
+    y[i] = h(i, Rows::kPoseColumns);
+  }
+  if (!ok(cholesky_in_place(s))) return false;
+  solve_lower_in_place(s, MatrixView(y, m, 1, 1));
+  double nis = 0.0;
+  for (std::size_t i = 0; i < m; ++i) nis += y[i] * y[i];
+  return nis <= gate.quantile(m);
+}
+
+}  // namespace plumb

@@ -1,0 +1,77 @@
+#pragma once
+// One image into the filter: SLAM features, tracks that end or fill the window (MSCKF), and the start of new features,
+// all in one joint update (paper section III-B, hybrid SLAM-MSCKF).
+
+#include "fsw/base/stage_observer.h"
+#include "fsw/estimator/report.h"
+#include "fsw/estimator/track_rows.h"
+#include "fsw/estimator/update_stack.h"
+#include "fsw/vision/track_table.h"
+
+namespace plumb {
+
+/// Depth that a new feature is given when its track cannot tell.
+struct DepthPrior {
+  double rho = 0.0;    ///< 1/m
+  double sigma = 0.0;  ///< 1/m
+};
+
+template <class Config>
+class VisualUpdate {
+ public:
+  using State = FilterState<Config>;
+  using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
+  using Layout = ErrorLayout<Config>;
+
+  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration);
+
+  /// Preconditions: the newest window pose is that of the image just appended to `tracks`. Ended tracks are used and
+  /// then dropped from the table. kNumericalFault: the state cannot be trusted any more.
+  Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, FrameReport& report,
+             StageObserver* observer);
+
+ private:
+  static constexpr std::size_t kMaxStarts = 8;  ///< new features per image
+  static constexpr std::size_t kMaxTiles = 64;
+  using TrackType = typename Table::TrackType;
+  using Rows = TrackRows<Config::kMaxPoses>;
+
+  /// A track that was gated and waits for the joint update to become a feature.
+  struct PendingFeature {
+    std::uint32_t track_id = 0;
+    FeatureParameters feature = FeatureParameters::Zero();
+    std::size_t anchor_slot = 0;
+    MatrixStorage<kFeatureSize, Rows::kColumns> rows;
+  };
+
+  void remove_lost(State& state, Table& tracks);
+  void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
+  void add_tracks(State& state, Table& tracks, FrameReport& report);
+  bool add_track(State& state, TrackType& track, bool may_start, FrameReport& report);
+  void add_compressed_rows(const State& state, UpdateStack<Config>& stack);
+  void insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report);
+  void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
+
+  Views views_of(const State& state, const TrackType& track) const;
+  std::size_t tile_of(const Vec2& z) const;
+  /// Of the tracks that pass, the one in the emptiest tile, then the oldest, then the lowest id; null when none passes.
+  template <typename Passes>
+  TrackType* best_for_start(Table& tracks, Passes passes) const;
+  void count_tiles(const State& state, Table& tracks);
+
+  VisionOptions options_;
+  Vec2 half_fov_;
+  double sigma_;  ///< pixel noise in the normalised plane
+  TriangulationLimits limits_;
+  ChiSquareTable gate_;
+
+  MatrixStorage<Rows::kPoseColumns, Rows::kPoseColumns + 1> compressed_;
+  Rows rows_;
+  std::array<PendingFeature, kMaxStarts> pending_;
+  std::size_t pending_count_ = 0;
+  std::array<std::uint32_t, kMaxTiles> tiles_{};
+};
+
+}  // namespace plumb
+
+#include "fsw/estimator/visual_update.inl"

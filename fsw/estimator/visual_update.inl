@@ -1,0 +1,261 @@
+#pragma once
+// Implementation of visual_update.h.
+
+namespace plumb {
+
+template <class Config>
+VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration)
+    : options_(options),
+      half_fov_(calibration.half_fov_x, calibration.half_fov_y),
+      sigma_(options.pixel_noise_px / calibration.focal_px),
+      gate_(options.gate_probability) {
+  PLUMB_ASSERT(static_cast<std::size_t>(options.tiles_x * options.tiles_y) <= kMaxTiles);
+  constexpr double kMaxResidualSigmas = 3.0;
+  limits_.min_parallax = options.min_parallax_px / calibration.focal_px;
+  limits_.max_rms = kMaxResidualSigmas * sigma_;
+  limits_.max_depth_m = options.max_depth_m;
+}
+
+template <class Config>
+Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior,
+                                 FrameReport& report, StageObserver* observer) {
+  {
+    StageScope scope(observer, Stage::kVisualRows);
+    remove_lost(state, tracks);
+    count_tiles(state, tracks);
+    stack.begin(state);
+    add_slam_rows(state, tracks, stack, report);
+    add_tracks(state, tracks, report);
+    add_compressed_rows(state, stack);
+  }
+  StageScope scope(observer, Stage::kVisualUpdate);
+  if (!ok(stack.apply(state))) return Status::kNumericalFault;
+  insert_pending(state, tracks, stack.correction(), report);
+  start_without_parallax(state, tracks, prior, report);
+  tracks.drop_ended();
+  report.slam_features = static_cast<std::uint32_t>(state.features.size());
+  return Status::kOk;
+}
+
+template <class Config>
+void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
+  for (TrackType& track : tracks.tracks()) track.in_state = false;
+  for (std::size_t i = state.features.size(); i-- > 0;) {
+    const SlamFeature& feature = state.features[i];
+    TrackType* track = tracks.find(feature.track_id);
+    const bool evict = feature.consecutive_rejections > options_.max_rejections;
+    if (track != nullptr && evict) {
+      track->banned = true;
+      track->samples.clear();
+    }
+    if (evict || track == nullptr || !track->alive) {
+      state.remove_feature(i);
+    } else {
+      track->in_state = true;
+    }
+  }
+}
+
+template <class Config>
+void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack,
+                                         FrameReport& report) {
+  const std::size_t here = state.window().back();
+  for (std::size_t i = 0; i < state.features.size(); ++i) {
+    SlamFeature& feature = state.features[i];
+    TrackType* track = tracks.find(feature.track_id);
+    const Vec2 seen = track->samples.back().z;
+    track->samples.clear();  // every observation is used once
+    VisualPrediction prediction;
+    bool accepted = ok(predict_feature(state.pose(here).camera, state.pose(feature.anchor_slot).camera,
+                                       feature.parameters, prediction));
+    if (accepted) {
+      MatrixView h = stack.open(2);
+      Support support;
+      if (here != feature.anchor_slot) {
+        h.fixed<2, 6>(0, Layout::pose(here)) = prediction.by_pose / sigma_;
+        h.fixed<2, 6>(0, Layout::pose(feature.anchor_slot)) = -prediction.by_pose / sigma_;
+        static_cast<void>(support.push_back({Layout::pose(here), kPoseSize}));
+        static_cast<void>(support.push_back({Layout::pose(feature.anchor_slot), kPoseSize}));
+      }
+      h.fixed<2, 3>(0, Layout::feature(i)) = prediction.by_feature / sigma_;
+      static_cast<void>(support.push_back({Layout::feature(i), kFeatureSize}));
+      const Vec2 residual = (seen - prediction.z) / sigma_;
+      stack.residual(0) = residual.x();
+      stack.residual(1) = residual.y();
+      accepted = stack.close(state, support) <= gate_.quantile(2);
+      if (!accepted) stack.discard(2);
+    }
+    feature.consecutive_rejections = accepted ? 0 : feature.consecutive_rejections + 1;
+    ++(accepted ? report.slam_used : report.slam_rejected);
+  }
+}
+
+template <class Config>
+Views VisualUpdate<Config>::views_of(const State& state, const TrackType& track) const {
+  Views views;
+  for (const TrackSample& sample : track.samples) {
+    const std::size_t slot = state.slot_of(sample.sequence);
+    if (slot == Config::kMaxPoses) continue;  // its pose has left the window
+    static_cast<void>(views.push_back({state.pose(slot).camera, sample.z, slot}));
+  }
+  return views;
+}
+
+template <class Config>
+void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& report) {
+  pending_count_ = 0;
+  compressed_.clear();
+  const auto full = [](const TrackType& t) { return t.samples.size() == Config::kMaxPoses; };
+  std::size_t budget = Config::kMaxMsckfPerFrame;
+
+  // Those that may become features come first: as many as there are free places.
+  const std::size_t free = Config::kMaxSlamFeatures - state.features.size();
+  const auto can_start = [&](const TrackType& t) { return t.alive && full(t); };
+  for (std::size_t tries = 0; tries < 2 * kMaxStarts && pending_count_ < std::min(free, kMaxStarts) && budget > 0;
+       ++tries) {
+    TrackType* track = best_for_start(tracks, [&](const TrackType& t) {
+      return can_start(t) && parallax(views_of(state, t), Config::kMaxPoses - 1) >= limits_.min_parallax;
+    });
+    if (track == nullptr) break;
+    if (add_track(state, *track, true, report)) ++tiles_[tile_of(track->samples.back().z)];
+    track->samples.clear();
+    --budget;
+  }
+  // Then the long and the ended, longest first.
+  for (std::size_t length = Config::kMaxPoses; length >= static_cast<std::size_t>(options_.min_track_length); --length) {
+    for (TrackType& track : tracks.tracks()) {
+      if (budget == 0) return;
+      if (track.in_state || track.banned || track.samples.size() != length) continue;
+      if (track.alive && !full(track)) continue;
+      const Views views = views_of(state, track);
+      if (views.size() < static_cast<std::size_t>(options_.min_track_length)) continue;
+      if (parallax(views, views.size() - 1) < limits_.min_parallax) continue;
+      add_track(state, track, false, report);
+      track.samples.clear();
+      --budget;
+    }
+  }
+}
+
+template <class Config>
+bool VisualUpdate<Config>::add_track(State& state, TrackType& track, bool may_start, FrameReport& report) {
+  const ConstMatrixView poses =
+      state.covariance().block(Layout::kPoses, Layout::kPoses, Rows::kPoseColumns, Rows::kPoseColumns);
+  const bool accepted =
+      ok(build_track_rows(views_of(state, track), limits_, sigma_, rows_)) && passes_gate(rows_, poses, gate_);
+  ++(accepted ? report.msckf_used : report.msckf_rejected);
+  if (!accepted) return false;
+  if (may_start) {
+    PendingFeature& pending = pending_[pending_count_++];
+    pending.track_id = track.id;
+    pending.feature = rows_.feature;
+    pending.anchor_slot = rows_.anchor_slot;
+    const ConstMatrixView from = rows_.feature_rows();
+    for (std::size_t r = 0; r < kFeatureSize; ++r) std::copy_n(from.row(r), from.cols(), pending.rows.view().row(r));
+  }
+  fold_rows(compressed_.view(), rows_.pose_rows(), Rows::kPoseColumns);
+  return true;
+}
+
+template <class Config>
+void VisualUpdate<Config>::add_compressed_rows(const State& state, UpdateStack<Config>& stack) {
+  constexpr double kNegligible = 1e-16;  // squared norm of a whitened row that carries rounding only
+  for (std::size_t k = 0; k < Rows::kPoseColumns; ++k) {
+    const double* from = compressed_.view().row(k);
+    double norm2 = 0.0;
+    for (std::size_t c = k; c < Rows::kPoseColumns; ++c) norm2 += from[c] * from[c];
+    if (norm2 < kNegligible) continue;
+    MatrixView h = stack.open(1);
+    std::copy(from + k, from + Rows::kPoseColumns, h.row(0) + Layout::kPoses + k);
+    stack.residual(0) = from[Rows::kPoseColumns];
+    Support support;
+    static_cast<void>(support.push_back({Layout::kPoses + k, Rows::kPoseColumns - k}));
+    stack.close_untested(state, support);
+  }
+}
+
+template <class Config>
+void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const double* correction,
+                                          FrameReport& report) {
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const PendingFeature& pending = pending_[i];
+    const ConstMatrixView rows = pending.rows.view();
+    // H2 df + H1 dx = r1 + n, with H2 upper triangular: df = H2^-1 (r1 - H1 dx) + H2^-1 n.
+    const Mat3 h2_inverse = Mat3(rows.fixed<3, 3>(0, 0)).template triangularView<Eigen::Upper>().solve(Mat3::Identity());
+    double storage[kFeatureSize * Layout::kSize] = {};
+    MatrixView jacobian(storage, kFeatureSize, state.size() + kFeatureSize, Layout::kSize);
+    Vec3 residual;
+    const double* dx = correction + Layout::kPoses;
+    for (std::size_t r = 0; r < kFeatureSize; ++r) {
+      double sum = rows(r, Rows::kColumns - 1);
+      for (std::size_t c = 0; c < Rows::kPoseColumns; ++c) sum -= rows(r, kFeatureSize + c) * dx[c];
+      residual(static_cast<Eigen::Index>(r)) = sum;
+    }
+    for (std::size_t c = 0; c < Rows::kPoseColumns; ++c) {
+      const Vec3 column(rows(0, kFeatureSize + c), rows(1, kFeatureSize + c), rows(2, kFeatureSize + c));
+      const Vec3 solved = -h2_inverse * column;
+      for (std::size_t r = 0; r < kFeatureSize; ++r) jacobian(r, Layout::kPoses + c) = solved(static_cast<Eigen::Index>(r));
+    }
+    SlamFeature feature{pending.track_id, pending.anchor_slot, pending.feature + h2_inverse * residual, 0};
+    if (!feature.parameters.allFinite() || !(feature.parameters.z() > 0.0)) continue;
+    Support support;
+    static_cast<void>(support.push_back({Layout::kPoses, Rows::kPoseColumns}));
+    if (!ok(state.add_feature(feature, jacobian, support, h2_inverse * h2_inverse.transpose()))) return;
+    tracks.find(pending.track_id)->in_state = true;
+    ++report.slam_added;
+  }
+}
+
+template <class Config>
+void VisualUpdate<Config>::start_without_parallax(State& state, Table& tracks, const DepthPrior& prior,
+                                                  FrameReport& report) {
+  for (std::size_t n = 0; n < kMaxStarts && !state.features.full(); ++n) {
+    TrackType* track = best_for_start(tracks, [this](const TrackType& t) {
+      return t.alive && t.samples.size() == Config::kMaxPoses &&
+             t.age >= static_cast<std::uint32_t>(options_.slam_min_track_length);
+    });
+    if (track == nullptr) return;
+    const Vec2 z = track->samples.back().z;
+    const SlamFeature feature{track->id, state.window().back(), FeatureParameters(z.x(), z.y(), prior.rho), 0};
+    const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, prior.sigma * prior.sigma);
+    if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
+    track->in_state = true;
+    track->samples.clear();
+    ++tiles_[tile_of(z)];
+    ++report.slam_added;
+  }
+}
+
+template <class Config>
+std::size_t VisualUpdate<Config>::tile_of(const Vec2& z) const {
+  const auto index = [](double value, double half, int tiles) {
+    const double scaled = (value / half + 1.0) * 0.5 * tiles;
+    return static_cast<std::size_t>(std::clamp(scaled, 0.0, tiles - 1.0));
+  };
+  return index(z.y(), half_fov_.y(), options_.tiles_y) * static_cast<std::size_t>(options_.tiles_x) +
+         index(z.x(), half_fov_.x(), options_.tiles_x);
+}
+
+template <class Config>
+void VisualUpdate<Config>::count_tiles(const State& state, Table& tracks) {
+  tiles_.fill(0);
+  for (const SlamFeature& feature : state.features) ++tiles_[tile_of(tracks.find(feature.track_id)->samples.back().z)];
+}
+
+template <class Config>
+template <typename Passes>
+typename VisualUpdate<Config>::TrackType* VisualUpdate<Config>::best_for_start(Table& tracks, Passes passes) const {
+  TrackType* best = nullptr;
+  std::uint32_t best_count = 0;
+  for (TrackType& track : tracks.tracks()) {
+    if (track.in_state || track.banned || track.samples.empty()) continue;
+    const std::uint32_t count = tiles_[tile_of(track.samples.back().z)];
+    if (best != nullptr && (count > best_count || (count == best_count && track.age <= best->age))) continue;
+    if (!passes(track)) continue;
+    best = &track;
+    best_count = count;
+  }
+  return best;
+}
+
+}  // namespace plumb

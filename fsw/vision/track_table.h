@@ -1,0 +1,85 @@
+#pragma once
+// Feature tracks as the estimator needs them: for every live identity, the observations not yet used by an update.
+
+#include <cstdint>
+
+#include "fsw/math/so3.h"
+#include "fsw/vision/feature_frame.h"
+
+namespace plumb {
+
+struct TrackSample {
+  std::uint32_t sequence = 0;  ///< of the image it was seen in
+  Vec2 z = Vec2::Zero();       ///< undistorted, normalised image plane
+};
+
+template <std::size_t MaxLength>
+struct Track {
+  std::uint32_t id = 0;
+  std::uint32_t age = 0;        ///< images it has been seen in, used observations included
+  bool alive = false;           ///< seen in the newest image
+  bool in_state = false;        ///< it is a SLAM feature
+  bool banned = false;          ///< evicted as an outlier: follow it no more
+  FixedVector<TrackSample, MaxLength> samples;  ///< unused observations, oldest first, one per image at most
+};
+
+/// MaxLength is the number of poses in the window: an older observation has no pose to belong to.
+template <std::size_t MaxTracks, std::size_t MaxLength>
+class TrackTable {
+ public:
+  using TrackType = Track<MaxLength>;
+  // Tracks that end with this image stand beside all that are alive until drop_ended().
+  using Tracks = FixedVector<TrackType, 2 * MaxTracks>;
+
+  Tracks& tracks() { return tracks_; }
+  const Tracks& tracks() const { return tracks_; }
+  void clear() { tracks_.clear(); }
+
+  /// Appends one image's observations; both lists are in order of id. Tracks that are not in the frame become ended.
+  void append(const FeatureFrame<MaxTracks>& frame) {
+    for (TrackType& track : tracks_) track.alive = false;
+    std::size_t next = 0;
+    const std::size_t known = tracks_.size();
+    for (const FeatureObservation& seen : frame.observations) {
+      while (next < known && tracks_[next].id < seen.track_id) ++next;
+      TrackType* track = nullptr;
+      if (next < known && tracks_[next].id == seen.track_id) {
+        track = &tracks_[next];
+      } else {
+        if (tracks_.size() > known && tracks_.back().id >= seen.track_id) continue;  // not increasing: drop it
+        if (known > 0 && tracks_[known - 1].id >= seen.track_id) continue;           // an ended identity came back
+        if (!ok(tracks_.push_back(TrackType{}))) continue;
+        track = &tracks_.back();
+        track->id = seen.track_id;
+      }
+      track->alive = true;
+      ++track->age;
+      if (track->samples.full()) track->samples.erase(0);
+      static_cast<void>(track->samples.push_back({frame.sequence, Vec2(seen.x, seen.y)}));
+    }
+  }
+
+  void drop_ended() {
+    tracks_.erase_if([](const TrackType& track) { return !track.alive; });
+  }
+
+  /// Null when there is no such track.
+  TrackType* find(std::uint32_t id) {
+    std::size_t low = 0;
+    std::size_t high = tracks_.size();
+    while (low < high) {
+      const std::size_t middle = (low + high) / 2;
+      if (tracks_[middle].id < id) {
+        low = middle + 1;
+      } else {
+        high = middle;
+      }
+    }
+    return low < tracks_.size() && tracks_[low].id == id ? &tracks_[low] : nullptr;
+  }
+
+ private:
+  Tracks tracks_;
+};
+
+}  // namespace plumb
