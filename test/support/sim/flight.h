@@ -1,0 +1,121 @@
+#pragma once
+// Flies an estimator on a scene: samples in time order, images as soon as the IMU reaches them, as the nav system does.
+
+#include <memory>
+#include <vector>
+
+#include "fsw/estimator/estimator.h"
+#include "test/support/sim/flight_log.h"
+#include "test/support/sim/scene.h"
+#include "test/support/sim/sim_tracker.h"
+
+namespace plumb::sim {
+
+enum class Source : std::uint8_t { kImu, kRange, kImage };
+
+struct Event {
+  double t_s = 0.0;
+  Source source = Source::kImu;
+};
+
+/// All sample instants of a flight in order of time, then of source. The three clocks have different phases, so that
+/// images fall between IMU samples.
+std::vector<Event> flight_events(const FlightSettings& settings, double length_s);
+/// The flight clock at the start of a trajectory: not zero, so that nobody can confuse the two.
+Time flight_epoch();
+/// A truth record as start_from() wants it.
+NavState true_nav_state(const TruthState& truth, const ImuModel& imu, Time t);
+
+/// EstimatorType is Estimator<Config> or anything with its interface; it must be in its initial state. The estimator
+/// has its options already; the settings decide only what the sensors say.
+template <class EstimatorType>
+class Flight {
+ public:
+  static constexpr std::size_t kMaxTracks = decltype(EstimatorType::Frame::observations)::capacity();
+
+  /// Scene and estimator must outlive the flight.
+  Flight(const Scene& scene, const FlightSettings& settings, EstimatorType& estimator)
+      : scene_(scene),
+        settings_(settings),
+        estimator_(estimator),
+        imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
+        range_(settings.range, settings.seed),
+        tracker_(settings.tracker, scene.trajectory, scene.world, scene.rig, flight_epoch(), settings.seed) {}
+
+  /// Flies the whole trajectory. Call once.
+  FlightLog fly() {
+    const Trajectory& trajectory = scene_.trajectory;
+    log_.length_s = trajectory.length_s();
+    log_.cruise_start_s = trajectory.cruise_start_s();
+    log_.cruise_end_s = trajectory.cruise_end_s();
+    for (const Event& event : flight_events(settings_, trajectory.length_s())) take(event);
+    log_.counters = estimator_.counters();
+    return log_;
+  }
+
+  const SimTracker<kMaxTracks>& tracker() const { return tracker_; }
+
+ private:
+  void take(const Event& event) {
+    const Time t = flight_epoch() + Duration::from_seconds(event.t_s);
+    if (event.source == Source::kImage) {
+      waiting_.push_back(t);
+      return;
+    }
+    const TruthState truth = scene_.trajectory.at(event.t_s);
+    if (event.source == Source::kRange) {
+      // A refused sample is the estimator's decision, visible in its counters.
+      static_cast<void>(estimator_.add_range(range_.sample(scene_.world, scene_.rig, truth, t)));
+      return;
+    }
+    static_cast<void>(estimator_.add_imu(imu_.sample(truth, t)));
+    if (settings_.start_from_truth && !started_) estimator_.start_from(true_nav_state(truth, imu_, t));
+    started_ = true;
+    process_waiting();
+  }
+
+  void process_waiting() {
+    while (!waiting_.empty() && estimator_.imu_reaches(waiting_.front())) {
+      process(waiting_.front());
+      waiting_.erase(waiting_.begin());
+    }
+  }
+
+  void process(Time t) {
+    CameraFrame image;
+    image.t_exposure_mid = t;
+    image.sequence = sequence_++;
+    if (!ok(tracker_.track(image, estimator_.predict_motion(t), frame_))) return;
+    static_cast<void>(estimator_.process(frame_));  // "not ready" shows as an invalid state
+    FlightPoint point;
+    point.t_s = (t - flight_epoch()).seconds();
+    point.truth = scene_.trajectory.at(point.t_s);
+    point.gyro_bias_rad_s = imu_.gyro_bias_rad_s();
+    point.accel_bias_m_s2 = imu_.accel_bias_m_s2();
+    point.estimate = estimator_.state();
+    point.report = estimator_.report();
+    point.state_hash = estimator_.state_hash();
+    log_.points.push_back(point);
+  }
+
+  const Scene& scene_;
+  FlightSettings settings_;
+  EstimatorType& estimator_;
+  ImuModel imu_;
+  RangeModel range_;
+  SimTracker<kMaxTracks> tracker_;
+  typename EstimatorType::Frame frame_;
+  std::vector<Time> waiting_;
+  std::uint32_t sequence_ = 0;
+  bool started_ = false;
+  FlightLog log_;
+};
+
+/// A fresh estimator on one flight.
+template <class Config>
+FlightLog fly(const Scene& scene, const FlightSettings& settings, const EstimatorOptions& options) {
+  const auto estimator = std::make_unique<Estimator<Config>>(options, scene.rig.calibration());
+  return Flight<Estimator<Config>>(scene, settings, *estimator).fly();
+}
+
+}  // namespace plumb::sim
