@@ -1,0 +1,125 @@
+#include "fsw/app/parameters.h"
+
+#include <array>
+
+namespace plumb {
+namespace {
+
+using Row = ParamRow<Parameters>;
+using Text = std::string_view;
+
+template <auto Member>
+consteval Row imu(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::imu, Member>(name, unit, min, max, description);
+}
+template <auto Member>
+consteval Row vision(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::vision, Member>(name, unit, min, max,
+                                                                                      description);
+}
+template <auto Member>
+consteval Row range(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::range, Member>(name, unit, min, max, description);
+}
+template <auto Member>
+consteval Row start(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::start, Member>(name, unit, min, max, description);
+}
+template <auto Member>
+consteval Row tracker(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::tracker, Member>(name, unit, min, max, description);
+}
+
+constexpr std::array kRows{
+    imu<&ImuOptions::gyro_noise_density>("imu.gyro_noise_density", "rad/s/sqrt(Hz)", 1e-7, 1e-1,
+                                         "white noise of the gyro"),
+    imu<&ImuOptions::gyro_bias_walk>("imu.gyro_bias_walk", "rad/s^2/sqrt(Hz)", 0.0, 1e-1,
+                                     "random walk of the gyro bias"),
+    imu<&ImuOptions::accel_noise_density>("imu.accel_noise_density", "m/s^2/sqrt(Hz)", 1e-6, 1.0,
+                                          "white noise of the accelerometer"),
+    imu<&ImuOptions::accel_bias_walk>("imu.accel_bias_walk", "m/s^3/sqrt(Hz)", 0.0, 1.0,
+                                      "random walk of the accelerometer bias"),
+    imu<&ImuOptions::gravity_m_s2>("imu.gravity", "m/s^2", 0.1, 30.0, "local gravity"),
+    imu<&ImuOptions::max_gap_s>("imu.max_gap", "s", 0.001, 1.0, "a longer hole in the IMU stream is a fault"),
+    imu<&ImuOptions::max_accel_m_s2>("imu.max_accel", "m/s^2", 10.0, 2000.0, "beyond this a sample is a fault"),
+    imu<&ImuOptions::max_gyro_rad_s>("imu.max_gyro", "rad/s", 1.0, 100.0, "beyond this a sample is a fault"),
+
+    vision<&VisionOptions::pixel_noise_px>("vision.pixel_noise", "px", 0.01, 20.0, "1 sigma of a tracked feature"),
+    vision<&VisionOptions::gate_probability>("vision.gate_probability", "1", 0.5, 0.999999,
+                                             "chi-square gate of visual rows"),
+    vision<&VisionOptions::min_parallax_px>("vision.min_parallax", "px", 0.0, 200.0,
+                                            "rotation-free track extent needed to triangulate"),
+    vision<&VisionOptions::min_depth_m>("vision.min_depth", "m", 0.001, 1000.0,
+                                        "semi-infinite start: inverse depth 1/(2 d_min)"),
+    vision<&VisionOptions::max_depth_m>("vision.max_depth", "m", 1.0, 1e6,
+                                        "a feature triangulated beyond this is not used"),
+    vision<&VisionOptions::min_track_length>("vision.min_track_length", "1", 2, 32,
+                                             "observations an ended track must have to be used"),
+    vision<&VisionOptions::slam_min_track_length>("vision.slam_min_track_length", "1", 2, 32,
+                                                  "observations before a track may enter the state"),
+    vision<&VisionOptions::max_rejections>("vision.max_rejections", "1", 1, 100,
+                                           "consecutive gate failures that evict a SLAM feature"),
+    vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 16, "SLAM features are spread over tiles_x by tiles_y"),
+    vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 16, "SLAM features are spread over tiles_x by tiles_y"),
+
+    range<&RangeOptions::enabled>("range.enabled", "1", 0, 1, "use the range finder"),
+    range<&RangeOptions::noise_m>("range.noise", "m", 1e-4, 10.0, "1 sigma of the device"),
+    range<&RangeOptions::min_range_m>("range.min_range", "m", 0.0, 100.0, "shorter ranges are invalid"),
+    range<&RangeOptions::max_range_m>("range.max_range", "m", 0.1, 10000.0, "longer ranges are invalid"),
+    range<&RangeOptions::gate_sigma>("range.gate_sigma", "1", 0.1, 100.0, "Mahalanobis gate of a range"),
+    range<&RangeOptions::max_age_s>("range.max_age", "s", 0.0, 10.0, "a range older than this is stale"),
+    range<&RangeOptions::max_incidence_deg>("range.max_incidence", "deg", 0.0, 89.9,
+                                            "largest angle between beam and facet normal"),
+    range<&RangeOptions::max_facet_edge>("range.max_facet_edge", "1", 0.001, 10.0,
+                                         "longest facet edge in the normalised image plane"),
+
+    start<&StartOptions::gyro_bias_sigma_rad_s>("start.gyro_bias_sigma", "rad/s", 1e-6, 1.0,
+                                                "1 sigma of the turn-on gyro bias"),
+    start<&StartOptions::accel_bias_sigma_m_s2>("start.accel_bias_sigma", "m/s^2", 1e-6, 10.0,
+                                                "1 sigma of the turn-on accelerometer bias"),
+    start<&StartOptions::still_gyro_rad_s>("start.still_gyro", "rad/s", 1e-5, 1.0,
+                                           "standard deviation below which the gyro is still"),
+    start<&StartOptions::still_accel_m_s2>("start.still_accel", "m/s^2", 1e-4, 10.0,
+                                           "standard deviation below which the accelerometer is still"),
+    start<&StartOptions::still_image_px>("start.still_image", "px", 0.01, 20.0,
+                                         "median feature motion below which the image is still"),
+    start<&StartOptions::still_window_s>("start.still_window", "s", 0.05, 10.0, "span of the standstill test"),
+    start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, 10.0,
+                                          "shortest span an in-motion start is tried on"),
+    start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, 20.0,
+                                              "longest span: then it starts with the uncertainty it has"),
+
+    // Limits that depend on each other or on the image stand in TrackerOptions::check.
+    tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, 1000, "live tracks kept at once"),
+    tracker<&TrackerOptions::tile_columns>("tracker.tile_columns", "1", 1, 64, "detection tiles across"),
+    tracker<&TrackerOptions::tile_rows>("tracker.tile_rows", "1", 1, 64, "detection tiles down"),
+    tracker<&TrackerOptions::min_distance_px>("tracker.min_distance", "px", 0, 200,
+                                              "between a new feature and every live one"),
+    tracker<&TrackerOptions::border_px>("tracker.border", "px", TrackerOptions::kMinBorder_px, 200,
+                                        "features nearer to the image edge are dropped"),
+    tracker<&TrackerOptions::fast_threshold_min>("tracker.fast_threshold_min", "grey levels", 1, 255,
+                                                 "lowest FAST threshold of a tile"),
+    tracker<&TrackerOptions::fast_threshold_max>("tracker.fast_threshold_max", "grey levels", 1, 255,
+                                                 "highest FAST threshold of a tile"),
+    tracker<&TrackerOptions::window_px>("tracker.window", "px", 5, 41, "odd side of the tracked patch"),
+    tracker<&TrackerOptions::levels>("tracker.levels", "1", 1, TrackerOptions::kMaxPyramidLevels,
+                                     "pyramid levels including the full image"),
+    tracker<&TrackerOptions::max_iterations>("tracker.max_iterations", "1", 1, 100, "Lucas-Kanade steps per level"),
+    tracker<&TrackerOptions::epsilon_px>("tracker.epsilon", "px", 1e-6, 10.0, "a smaller step ends the iteration"),
+    tracker<&TrackerOptions::min_eigenvalue>("tracker.min_eigenvalue", "1", 1e-12, 1e6,
+                                             "smallest eigenvalue of a patch's structure tensor"),
+    tracker<&TrackerOptions::forward_backward_px>("tracker.forward_backward", "px", 1e-3, 100.0,
+                                                  "tracking back must return this close"),
+    tracker<&TrackerOptions::max_residual>("tracker.max_residual", "grey levels", 0.1, 255.0,
+                                           "mean absolute difference of the patch"),
+    tracker<&TrackerOptions::outlier_px>("tracker.outlier", "px", 1e-3, 100.0, "distance to the epipolar line"),
+};
+static_assert(param_names_unique<Parameters>(kRows), "two parameters share a name");
+
+constexpr ParamTable<Parameters> kTable{kRows};
+
+}  // namespace
+
+const ParamTable<Parameters>& parameter_table() { return kTable; }
+
+}  // namespace plumb

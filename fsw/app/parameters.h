@@ -1,0 +1,19 @@
+#pragma once
+// Every run-time option of the flight software in one struct, and the table that names them. A new option is a member
+// in its own options header and one row in parameters.cpp.
+
+#include "fsw/estimator/options.h"
+#include "fsw/params/param_table.h"
+#include "fsw/vision/tracker_options.h"
+
+namespace plumb {
+
+struct Parameters {
+  EstimatorOptions estimator;
+  TrackerOptions tracker;
+};
+
+/// Name, unit, range, default and meaning of each option.
+const ParamTable<Parameters>& parameter_table();
+
+}  // namespace plumb
