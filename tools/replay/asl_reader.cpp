@@ -1,0 +1,169 @@
+#include "tools/replay/asl_reader.h"
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <utility>
+
+#include "tools/replay/calibration_reader.h"
+#include "tools/replay/csv.h"
+#include "tools/replay/frame_assembler.h"
+#include "tools/replay/input_error.h"
+
+namespace plumb::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<ImuSample> read_imu_samples(const fs::path& file) {
+  std::vector<ImuSample> samples;
+  CsvReader csv(file);
+  while (csv.next()) {
+    csv.expect_columns(7, 7, "time stamp, 3 angular rates, 3 accelerations");
+    ImuSample sample;
+    sample.t = csv.time();
+    for (std::size_t i = 0; i < 3; ++i) {
+      // Not-a-number passes: it is a fault of the sensor that the flight software has to count and survive.
+      sample.gyro_rad_s[i] = csv.number(1 + i);
+      sample.accel_m_s2[i] = csv.number(4 + i);
+    }
+    samples.push_back(sample);
+  }
+  if (samples.empty()) throw InputError(file.string() + ": holds no sample; expected at least one row");
+  return samples;
+}
+
+std::vector<RangeSample> read_range_samples(const fs::path& file) {
+  std::vector<RangeSample> samples;
+  CsvReader csv(file);
+  while (csv.next()) {
+    csv.expect_columns(2, 2, "time stamp, range [m]");
+    RangeSample sample;
+    sample.t = csv.time();
+    sample.range_m = csv.number(1);
+    if (sample.range_m < 0.0) csv.fail("column 2: expected a range of at least 0 m");
+    const bool echo = std::isfinite(sample.range_m) && sample.range_m > 0.0;
+    sample.quality = echo ? RangeQuality::kValid : RangeQuality::kNoReturn;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+std::vector<NavState> read_truth(const fs::path& file) {
+  std::vector<NavState> states;
+  CsvReader csv(file);
+  while (csv.next()) {
+    csv.expect_columns(11, 17, "time stamp, position, attitude wxyz, velocity, biases if known");
+    NavState state;
+    state.valid = true;
+    state.t = csv.time();
+    const bool biases = csv.columns() == 17;
+    for (std::size_t i = 0; i < 3; ++i) {
+      state.p_WI_m[i] = csv.number(1 + i);
+      state.v_WI_m_s[i] = csv.number(8 + i);
+      state.b_gyro_rad_s[i] = biases ? csv.number(11 + i) : 0.0;
+      state.b_accel_m_s2[i] = biases ? csv.number(14 + i) : 0.0;
+    }
+    for (std::size_t i = 0; i < 4; ++i) state.q_WI[i] = csv.number(4 + i);
+    for (std::size_t i = 1; i < csv.columns(); ++i) {
+      if (!std::isfinite(csv.number(i))) csv.fail("column " + std::to_string(i + 1) + ": expected a finite number");
+    }
+    const std::array<double, 4>& q = state.q_WI;
+    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    constexpr double kUnit = 1e-3;
+    if (std::abs(norm - 1.0) > kUnit) csv.fail("columns 5 to 8: expected a unit quaternion w x y z");
+    for (double& component : state.q_WI) component /= norm;
+    states.push_back(state);
+  }
+  return states;
+}
+
+class AslSource final : public Source {
+ public:
+  explicit AslSource(const AslOptions& options) {
+    const fs::path root = fs::is_directory(options.folder / "mav0") ? options.folder / "mav0" : options.folder;
+    if (!fs::is_directory(root))
+      throw InputError(options.folder.string() + ": not a folder; expected an ASL recording");
+    for (const char* needed : {"cam0", "imu0"}) {
+      if (!fs::is_directory(root / needed)) {
+        throw InputError((root / needed).string() + ": not found; expected an ASL recording with cam0 and imu0");
+      }
+    }
+    session_.source = options.folder.string();
+    read_camera(root / "cam0", root / "imu0", session_.calibration);
+    read_imu(root / "imu0", session_.parameters);
+    if (options.use_range && fs::is_directory(root / "range0")) {
+      read_range_finder(root / "range0", session_.calibration, session_.parameters);
+      range_ = read_range_samples(root / "range0" / "data.csv");
+    }
+    if (!options.use_range) session_.parameters.estimator.range.enabled = false;
+    if (!options.parameters.empty()) read_parameters(options.parameters, session_.parameters);
+    imu_ = read_imu_samples(root / "imu0" / "data.csv");
+    read_images(root / "cam0");
+    const fs::path truth = root / "state_groundtruth_estimate0" / "data.csv";
+    if (fs::exists(truth)) session_.truth = read_truth(truth);
+    assembler_ = std::make_unique<FrameAssembler>(imu_, range_, camera_);
+    session_.imu_samples = imu_.size();
+    session_.ranges = range_.size();
+  }
+
+  const Session& session() const override { return session_; }
+
+  bool next(Tick& tick) override {
+    const Status status = assembler_->next(tick.input);
+    if (status == Status::kNotReady) return false;
+    if (!ok(status)) {
+      throw InputError(session_.source + ": more samples within 4 ms before " + std::to_string(tick.input.t.ns()) +
+                       " ns than a tick takes; expected at most " + std::to_string(kMaxImuPerFrame) + " IMU, " +
+                       std::to_string(kMaxRangePerFrame) + " range and 1 image");
+    }
+    tick.image = {};
+    if (tick.input.has_camera) tick.image = read_image(tick.input.camera.sequence);
+    return true;
+  }
+
+ private:
+  void read_images(const fs::path& cam0) {
+    CsvReader csv(cam0 / "data.csv");
+    while (csv.next()) {
+      csv.expect_columns(2, 2, "time stamp, file name");
+      camera_.push_back({.t_exposure_mid = csv.time(), .sequence = static_cast<std::uint32_t>(files_.size())});
+      files_.push_back(cam0 / "data" / csv.text(1));
+      if (!fs::is_regular_file(files_.back())) csv.fail("image " + files_.back().string() + " not found");
+    }
+    if (files_.empty()) throw InputError((cam0 / "data.csv").string() + ": holds no image; expected at least one row");
+    session_.images = files_.size();
+    session_.t_first_image = camera_.front().t_exposure_mid;
+    session_.t_last_image = camera_.back().t_exposure_mid;
+  }
+
+  ImageView read_image(std::uint32_t sequence) {
+    const fs::path& file = files_[sequence];
+    image_ = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    if (image_.empty()) throw InputError(file.string() + ": not readable as an image");
+    const CameraCalibration& camera = session_.calibration.camera;
+    if (image_.cols != camera.width || image_.rows != camera.height) {
+      throw InputError(file.string() + ": is " + std::to_string(image_.cols) + " x " + std::to_string(image_.rows) +
+                       " px; expected the resolution of cam0/sensor.yaml, " + std::to_string(camera.width) + " x " +
+                       std::to_string(camera.height));
+    }
+    return {.pixels = image_.data,
+            .width = image_.cols,
+            .height = image_.rows,
+            .stride = static_cast<std::int32_t>(image_.step[0])};
+  }
+
+  Session session_;
+  std::vector<ImuSample> imu_;
+  std::vector<RangeSample> range_;
+  std::vector<CameraReference> camera_;
+  std::vector<fs::path> files_;
+  std::unique_ptr<FrameAssembler> assembler_;
+  cv::Mat image_;
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_asl(const AslOptions& options) { return std::make_unique<AslSource>(options); }
+
+}  // namespace plumb::replay

@@ -1,0 +1,188 @@
+#include "tools/replay/calibration_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "fsw/vision/camera_model.h"
+#include "tools/replay/input_error.h"
+#include "tools/replay/yaml_file.h"
+
+namespace plumb::replay {
+namespace {
+
+std::string shortest(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+// Why a value was refused, for the end of a message.
+std::string refusal(const ParamRow<Parameters>& row, double value) {
+  std::string text = shortest(value) + " refused for " + std::string(row.name) + "; expected ";
+  if (row.kind != ParamKind::kReal) text += "a whole number ";
+  text.append("from ").append(shortest(row.min)).append(" to ").append(shortest(row.max));
+  if (row.unit != "1") text.append(" ").append(row.unit);
+  return text;
+}
+
+void set_from(const YamlFile& yaml, const std::string& key, double value, std::string_view parameter,
+              Parameters& parameters) {
+  const auto [status, row] = parameter_table().set(parameters, parameter, value);
+  PLUMB_ASSERT(row != nullptr);  // the names used here are the table's
+  if (!ok(status)) yaml.fail(key, refusal(*row, value));
+}
+
+struct Pose {
+  Mat3 rotation;
+  Vec3 translation;
+};
+
+/// T_BS: sensor to body, a 4 x 4 homogeneous matrix by rows.
+Pose read_pose(const YamlFile& yaml) {
+  constexpr double kOrthonormal = 1e-3;  // calibration files carry 6 digits or more
+  const std::vector<double> m = yaml.numbers("T_BS.data", 16);
+  Pose pose;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) pose.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
+    pose.translation(r) = m[static_cast<std::size_t>(4 * r + 3)];
+  }
+  const bool last_row = m[12] == 0.0 && m[13] == 0.0 && m[14] == 0.0 && m[15] == 1.0;
+  const double error = (pose.rotation * pose.rotation.transpose() - Mat3::Identity()).norm();
+  if (!last_row || error > kOrthonormal || pose.rotation.determinant() < 0.0) {
+    yaml.fail("T_BS.data", "expected a rigid transform (rotation matrix, translation, 0 0 0 1)");
+  }
+  return pose;
+}
+
+void read_distortion(const YamlFile& yaml, CameraCalibration& camera) {
+  const std::string model = yaml.text("distortion_model");
+  std::size_t count = 0;
+  if (model == "radial-tangential" || model == "radtan" || model == "plumb_bob") {
+    camera.distortion = Distortion::kRadialTangential;
+    count = 4;
+  } else if (model == "equidistant") {
+    camera.distortion = Distortion::kEquidistant;
+    count = 4;
+  } else if (model == "fov") {
+    camera.distortion = Distortion::kFov;
+    count = 1;
+  } else if (model == "none") {
+    camera.distortion = Distortion::kNone;
+    return;
+  } else {
+    yaml.fail("distortion_model", "expected radial-tangential, equidistant, fov or none, found '" + model + "'");
+  }
+  const std::vector<double> values = yaml.numbers("distortion_coefficients", count);
+  for (std::size_t i = 0; i < count; ++i) camera.coefficients[i] = values[i];
+}
+
+CameraCalibration read_intrinsics(const YamlFile& yaml) {
+  CameraCalibration camera;
+  const std::string model = yaml.text("camera_model");
+  if (model != "pinhole") yaml.fail("camera_model", "expected pinhole, found '" + model + "'");
+  constexpr double kMaxSide = 65536.0;  // px
+  const std::vector<double> size = yaml.numbers("resolution", 2);
+  for (const double side : size) {
+    if (side < 1.0 || side > kMaxSide || side != std::floor(side)) {
+      yaml.fail("resolution", "expected width and height in whole pixels");
+    }
+  }
+  camera.width = static_cast<std::int32_t>(size[0]);
+  camera.height = static_cast<std::int32_t>(size[1]);
+  const std::vector<double> k = yaml.numbers("intrinsics", 4);
+  camera.fx = k[0];
+  camera.fy = k[1];
+  camera.cx = k[2];
+  camera.cy = k[3];
+  if (camera.fx <= 0.0 || camera.fy <= 0.0) yaml.fail("intrinsics", "expected focal lengths above 0 px");
+  read_distortion(yaml, camera);
+  if (!ok(CameraModel::check(camera))) {
+    yaml.fail("intrinsics", "with distortion_coefficients and resolution do not make a usable camera");
+  }
+  return camera;
+}
+
+// Half widths of the image in the normalised plane, from the middles of its four edges.
+void read_field_of_view(const YamlFile& yaml, Calibration& calibration) {
+  const CameraCalibration& camera = calibration.camera;
+  const CameraModel model(camera);
+  const Vec2 edges[4] = {
+      {0.0, camera.cy}, {camera.width - 1.0, camera.cy}, {camera.cx, 0.0}, {camera.cx, camera.height - 1.0}};
+  for (const Vec2& edge : edges) {
+    Vec2 normalised;
+    if (!ok(model.undistort(edge, normalised))) {
+      yaml.fail("distortion_coefficients", "the lens model cannot be inverted at the edge of the image");
+    }
+    calibration.sensor.half_fov_x = std::max(calibration.sensor.half_fov_x, std::abs(normalised.x()));
+    calibration.sensor.half_fov_y = std::max(calibration.sensor.half_fov_y, std::abs(normalised.y()));
+  }
+  calibration.sensor.focal_px = model.focal_px();
+}
+
+void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& prefix, Parameters& parameters) {
+  for (const auto& entry : node) {
+    const std::string name = prefix + entry.first.as<std::string>();
+    if (entry.second.IsMap()) {
+      read_node(yaml, entry.second, name + ".", parameters);
+      continue;
+    }
+    double value = 0.0;
+    bool flag = false;
+    if (entry.second.IsScalar() && YAML::convert<bool>::decode(entry.second, flag)) {
+      value = flag ? 1.0 : 0.0;
+    } else if (!entry.second.IsScalar() || !YAML::convert<double>::decode(entry.second, value)) {
+      yaml.fail_at(entry.second.Mark().line, name, "expected a number");
+    }
+    const auto [status, row] = parameter_table().set(parameters, name, value);
+    if (row == nullptr) yaml.fail_at(entry.first.Mark().line, name, "no parameter has this name (see --list-params)");
+    if (!ok(status)) yaml.fail_at(entry.second.Mark().line, name, refusal(*row, value));
+  }
+}
+
+}  // namespace
+
+void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration) {
+  const YamlFile camera_yaml(cam0 / "sensor.yaml");
+  calibration.camera = read_intrinsics(camera_yaml);
+  const Pose camera = read_pose(camera_yaml);
+  const Pose imu = read_pose(YamlFile(imu0 / "sensor.yaml"));
+  calibration.sensor.q_IC = Quat(Mat3(imu.rotation.transpose() * camera.rotation)).normalized();
+  calibration.sensor.p_IC_m = imu.rotation.transpose() * (camera.translation - imu.translation);
+  read_field_of_view(camera_yaml, calibration);
+}
+
+void read_imu(const std::filesystem::path& imu0, Parameters& parameters) {
+  const YamlFile yaml(imu0 / "sensor.yaml");
+  constexpr const char* kKeys[][2] = {{"gyroscope_noise_density", "imu.gyro_noise_density"},
+                                      {"gyroscope_random_walk", "imu.gyro_bias_walk"},
+                                      {"accelerometer_noise_density", "imu.accel_noise_density"},
+                                      {"accelerometer_random_walk", "imu.accel_bias_walk"}};
+  for (const auto& [key, parameter] : kKeys) set_from(yaml, key, yaml.number(key), parameter, parameters);
+  const std::optional<double> gravity = yaml.optional_number("gravity_mps2");
+  if (gravity) set_from(yaml, "gravity_mps2", *gravity, "imu.gravity", parameters);
+}
+
+void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters) {
+  const YamlFile yaml(range0 / "sensor.yaml");
+  set_from(yaml, "noise_stddev_m", yaml.number("noise_stddev_m"), "range.noise", parameters);
+  set_from(yaml, "max_range_m", yaml.number("max_range_m"), "range.max_range", parameters);
+  const std::vector<double> axis = yaml.numbers("axis_in_cam", 3);
+  const std::vector<double> origin = yaml.numbers("origin_in_cam_m", 3);
+  const Vec3 u_C(axis[0], axis[1], axis[2]);
+  constexpr double kUnit = 1e-3;
+  if (std::abs(u_C.norm() - 1.0) > kUnit) yaml.fail("axis_in_cam", "expected a vector of length 1");
+  calibration.sensor.u_C = u_C.normalized();
+  calibration.sensor.p_CR_m = Vec3(origin[0], origin[1], origin[2]);
+}
+
+void read_parameters(const std::filesystem::path& file, Parameters& parameters) {
+  const YamlFile yaml(file);
+  Parameters changed = parameters;  // all or nothing
+  read_node(yaml, yaml.root(), "", changed);
+  parameters = changed;
+}
+
+}  // namespace plumb::replay

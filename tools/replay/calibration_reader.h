@@ -1,0 +1,20 @@
+#pragma once
+// Calibration and noise figures from the sensor.yaml files of an ASL folder.
+
+#include <filesystem>
+
+#include "fsw/app/nav_system.h"
+#include "fsw/app/parameters.h"
+
+namespace plumb::replay {
+
+/// Camera model and camera pose in the IMU. Throws InputError.
+void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration);
+/// Noise densities and local gravity ("gravity_mps2", optional) into the parameters. Throws InputError.
+void read_imu(const std::filesystem::path& imu0, Parameters& parameters);
+/// Beam into the calibration, noise and largest range into the parameters. Throws InputError.
+void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters);
+/// A YAML file of parameter names and values, nested or with dots. Throws InputError with name, value and range.
+void read_parameters(const std::filesystem::path& file, Parameters& parameters);
+
+}  // namespace plumb::replay

@@ -1,0 +1,150 @@
+#include "tools/replay/flight.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+#include <thread>
+
+#include "fsw/vision/opencv/opencv_tracker.h"
+#include "tools/replay/heap_counter.h"
+#include "tools/replay/input_error.h"
+#include "tools/replay/stage_meter.h"
+
+namespace plumb::replay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t kFnvOffset = 0xcbf29ce484222325U;
+constexpr std::uint64_t kFnvPrime = 0x100000001b3U;
+
+std::uint64_t fnv1a(std::uint64_t hash, std::uint64_t word) {
+  for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((word >> (8 * byte)) & 0xffU)) * kFnvPrime;
+  return hash;
+}
+
+const NavState& truth_at_first_image(const Session& session) {
+  if (session.truth.empty()) throw InputError(session.source + ": --start-from-truth needs a recording with truth");
+  const auto distance_ns = [&session](const NavState& row) { return std::abs((row.t - session.t_first_image).ns()); };
+  return *std::min_element(session.truth.begin(), session.truth.end(),
+                           [&](const NavState& a, const NavState& b) { return distance_ns(a) < distance_ns(b); });
+}
+
+// The flight software in static memory, as it flies.
+template <class Config>
+class Flight {
+ public:
+  Flight(const Session& session, const FlightOptions& options)
+      : tracker_(make_tracker(session)), system_(make_system(session, tracker_, meter_)) {
+    totals_.run_hash = kFnvOffset;
+    if (options.start_from_truth) system_.start_from(truth_at_first_image(session));
+  }
+
+  void step(const Tick& tick, const std::vector<FlightListener*>& listeners) {
+    for (FlightListener* listener : listeners) listener->on_input(tick);
+    meter_.clear();
+    const std::uint64_t heap_before = heap_calls();
+    const std::int64_t cpu_before_ns = thread_cpu_ns();
+    const NavTick& done = system_.step(tick.input, tick.input.has_camera ? &tick.image : nullptr);
+    const StageCost cost{.cpu_ns = thread_cpu_ns() - cpu_before_ns, .heap_calls = heap_calls() - heap_before};
+    ++totals_.ticks;
+    totals_.predicted += done.predicted.size();
+    totals_.fsw_heap_calls += cost.heap_calls - meter_.cost(Stage::kFrontEnd).heap_calls;
+    for (const PredictedState& state : done.predicted) {
+      for (FlightListener* listener : listeners) listener->on_predicted(state);
+    }
+    if (done.image_processed) finish_image(done, cost, listeners);
+  }
+
+  FlightTotals totals() const {
+    FlightTotals totals = totals_;
+    totals.estimator = system_.estimator().counters();
+    totals.system = system_.counters();
+    totals.predictor = system_.predictor().counters();
+    totals.last_state = system_.estimator().state();
+    return totals;
+  }
+
+ private:
+  using ImageTracker = OpenCvTracker<Config::kMaxTracks>;
+
+  static ImageTracker& make_tracker(const Session& session) {
+    const CameraCalibration& camera = session.calibration.camera;
+    if (camera.width > static_cast<std::int32_t>(Config::kMaxImageWidth) ||
+        camera.height > static_cast<std::int32_t>(Config::kMaxImageHeight)) {
+      throw InputError(session.source + ": resolution " + std::to_string(camera.width) + " x " +
+                       std::to_string(camera.height) + " is beyond " + std::to_string(Config::kMaxImageWidth) + " x " +
+                       std::to_string(Config::kMaxImageHeight) + ", the largest of configuration '" + Config::kName +
+                       "'");
+    }
+    if (!ok(TrackerOptions::check(session.parameters.tracker, camera, Config::kMaxTracks))) {
+      throw InputError(session.source + ": the tracker.* parameters do not fit each other or the resolution " +
+                       std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    }
+    static std::optional<ImageTracker> tracker;
+    return tracker.emplace(camera, session.parameters.tracker);
+  }
+
+  static NavSystem<Config>& make_system(const Session& session, ImageTracker& tracker, StageMeter& meter) {
+    static std::optional<NavSystem<Config>> system;
+    return system.emplace(session.calibration, session.parameters, tracker, &meter);
+  }
+
+  void finish_image(const NavTick& done, const StageCost& cost, const std::vector<FlightListener*>& listeners) {
+    const ImageRecord record{.t = done.t_image,
+                             .sequence = done.image_sequence,
+                             .state = system_.estimator().state(),
+                             .report = system_.estimator().report(),
+                             .state_hash = system_.estimator().state_hash(),
+                             .meter = meter_,
+                             .step = cost};
+    ++totals_.images_processed;
+    if (record.state.valid) {
+      ++totals_.images_valid;
+      if (totals_.t_first_valid == Time::never()) totals_.t_first_valid = record.t;
+    }
+    totals_.run_hash = fnv1a(totals_.run_hash, static_cast<std::uint64_t>(record.t.ns()));
+    totals_.run_hash = fnv1a(totals_.run_hash, record.state_hash);
+    totals_.front_end_ms.push_back(static_cast<double>(meter_.cost(Stage::kFrontEnd).cpu_ns) * 1e-6);
+    totals_.filter_ms.push_back(static_cast<double>(meter_.filter().cpu_ns) * 1e-6);
+    totals_.front_end_heap_calls += meter_.cost(Stage::kFrontEnd).heap_calls;
+    totals_.filter_heap_calls += meter_.filter().heap_calls;
+    for (FlightListener* listener : listeners) listener->on_image(record, system_.estimator().counters());
+  }
+
+  StageMeter meter_;
+  ImageTracker& tracker_;
+  NavSystem<Config>& system_;
+  FlightTotals totals_;
+};
+
+template <class Config>
+FlightTotals fly_with(Source& source, const FlightOptions& options, const std::vector<FlightListener*>& listeners) {
+  Flight<Config> flight(source.session(), options);
+  const Clock::time_point started = Clock::now();
+  Time t_start = Time::never();
+  Tick tick;
+  while (source.next(tick)) {
+    if (options.stop != nullptr && *options.stop != 0) throw Interrupted();
+    if (t_start == Time::never()) t_start = tick.input.t;
+    if (options.realtime)
+      std::this_thread::sleep_until(started + std::chrono::nanoseconds((tick.input.t - t_start).ns()));
+    flight.step(tick, listeners);
+  }
+  FlightTotals totals = flight.totals();
+  totals.wall_s = std::chrono::duration<double>(Clock::now() - started).count();
+  return totals;
+}
+
+}  // namespace
+
+FlightTotals fly(Source& source, const FlightOptions& options, const std::vector<FlightListener*>& listeners) {
+  if (options.config_name == PaperConfig::kName) return fly_with<PaperConfig>(source, options, listeners);
+  if (options.config_name == FlightConfig::kName) return fly_with<FlightConfig>(source, options, listeners);
+  throw InputError("unknown configuration '" + options.config_name + "'");
+}
+
+std::vector<std::string> config_names() { return {PaperConfig::kName, FlightConfig::kName}; }
+
+}  // namespace plumb::replay

@@ -1,0 +1,36 @@
+#pragma once
+// Cuts recorded streams into the InputFrames that the executive would have made: ticks of 4 ms, in each of them the
+// samples in total order (time, source, sequence), stamped at or before the end of the tick.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/measurement/input_frame.h"
+
+namespace plumb::replay {
+
+/// 250 Hz, the rate of the executive.
+inline constexpr Duration kTick = Duration::from_ms(4);
+
+class FrameAssembler {
+ public:
+  /// Each stream strictly increasing in time; they must outlive this object.
+  FrameAssembler(std::span<const ImuSample> imu, std::span<const RangeSample> range,
+                 std::span<const CameraReference> camera);
+
+  /// The next tick that holds anything; empty ones are passed over but counted in InputFrame::tick. kNotReady at the
+  /// end, kFull when one tick holds more samples of a kind than an InputFrame can (kMaxImuPerFrame, kMaxRangePerFrame,
+  /// one image).
+  Status next(InputFrame& frame);
+
+ private:
+  Time first_time() const;
+
+  std::span<const ImuSample> imu_;
+  std::span<const RangeSample> range_;
+  std::span<const CameraReference> camera_;
+  Time t_start_;
+};
+
+}  // namespace plumb::replay

@@ -1,0 +1,143 @@
+// plumb-replay: flies a recording through the flight software. Exit code 0 done, 1 internal failure, 2 bad input,
+// 130 interrupted.
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+#include <string>
+
+#include "fsw/base/assert.h"
+#include "tools/replay/asl_reader.h"
+#include "tools/replay/flight.h"
+#include "tools/replay/input_error.h"
+#include "tools/replay/outputs.h"
+#include "tools/replay/progress.h"
+#include "tools/replay/summary.h"
+
+namespace plumb::replay {
+namespace {
+
+constexpr int kExitInternal = 1;
+constexpr int kExitBadInput = 2;
+constexpr int kExitInterrupted = 130;
+
+volatile std::sig_atomic_t g_stop = 0;
+
+void request_stop(int) { g_stop = 1; }
+
+void print_assertion(const AssertSite& site) {
+  std::fprintf(stderr, "plumb-replay: bug: %s line %d: %s does not hold\n", site.file, site.line, site.condition);
+}
+
+struct Arguments {
+  std::string asl;
+  std::string parameters;
+  std::string out;
+  bool no_range = false;
+  bool list_parameters = false;
+  FlightOptions flight;
+};
+
+void list_parameters() {
+  for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+    const std::string name(row.name);
+    const std::string unit(row.unit);
+    const std::string description(row.description);
+    std::printf("%-30s %-10g [%g, %g] %s: %s\n", name.c_str(), row.default_value, row.min, row.max, unit.c_str(),
+                description.c_str());
+  }
+}
+
+void declare(CLI::App& app, Arguments& arguments) {
+  app.add_option("--asl", arguments.asl, "recording in the ASL (EuRoC) layout: the folder that holds mav0");
+  app.add_option("--config", arguments.flight.config_name, "compile-time sizes: paper or flight (default flight)")
+      ->check(CLI::IsMember(config_names()));
+  app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml");
+  app.add_flag("--no-range", arguments.no_range, "leave the range finder out");
+  app.add_flag("--start-from-truth", arguments.flight.start_from_truth,
+               "start from the recording's truth at the first image (comparisons only)");
+  app.add_flag("--realtime", arguments.flight.realtime, "as fast as it was recorded instead of as fast as possible");
+  app.add_option("--out", arguments.out, "folder for trajectory.tum, states.csv, summary.json and others");
+  app.add_flag("--list-params", arguments.list_parameters, "print every parameter with default, range and unit");
+}
+
+// Collects what the output files need.
+class OutputListener final : public FlightListener {
+ public:
+  explicit OutputListener(Outputs& outputs) : outputs_(outputs) {}
+  void on_predicted(const PredictedState& state) override { outputs_.add_predicted(state); }
+  void on_image(const ImageRecord& record, const EstimatorCounters&) override { outputs_.add_image(record); }
+
+ private:
+  Outputs& outputs_;
+};
+
+void replay(Arguments& arguments) {
+  if (arguments.asl.empty()) throw InputError("--asl DIR is needed");
+  const std::unique_ptr<Source> source =
+      open_asl({.folder = arguments.asl, .parameters = arguments.parameters, .use_range = !arguments.no_range});
+  const Session& session = source->session();
+  if (arguments.flight.config_name.empty()) arguments.flight.config_name = FlightConfig::kName;
+
+  std::optional<Outputs> outputs;
+  std::optional<OutputListener> output_listener;
+  std::vector<FlightListener*> listeners;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out);
+    listeners.push_back(&output_listener.emplace(*outputs));
+  }
+  FlightTotals totals;
+  {
+    Progress progress(session.images);
+    listeners.push_back(&progress);
+    totals = fly(*source, arguments.flight, listeners);
+  }
+  if (outputs) {
+    outputs->set_summary(summary_json(session, arguments.flight, totals));
+    outputs->commit();
+  }
+  print_summary(session, arguments.flight, totals);
+}
+
+int run(int argc, char** argv) {
+  set_assert_handler(print_assertion);
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  cv::setNumThreads(1);  // the thread clock and the heap counter see this thread only, and so does flight
+  Arguments arguments;
+  arguments.flight.stop = &g_stop;
+  CLI::App app("Flies a recording through the Plumb navigation software.", "plumb-replay");
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+    if (arguments.list_parameters) {
+      list_parameters();
+    } else {
+      replay(arguments);
+    }
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "plumb-replay: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "plumb-replay: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const Interrupted& stopped) {
+    std::fprintf(stderr, "plumb-replay: %s\n", stopped.what());
+    return kExitInterrupted;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "plumb-replay: internal failure: %s\n", error.what());
+    return kExitInternal;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace plumb::replay
+
+int main(int argc, char** argv) { return plumb::replay::run(argc, argv); }

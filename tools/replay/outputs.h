@@ -1,0 +1,53 @@
+#pragma once
+// The files of a replay: trajectories, one row of states and of costs per image, the summary. Nothing carries its final
+// name before commit().
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fsw/app/nav_system.h"
+#include "fsw/estimator/report.h"
+#include "tools/replay/pending_file.h"
+#include "tools/replay/stage_meter.h"
+
+namespace plumb::replay {
+
+/// One processed image.
+struct ImageRecord {
+  Time t;
+  std::uint32_t sequence = 0;
+  NavState state;
+  FrameReport report;
+  std::uint64_t state_hash = 0;
+  StageMeter meter;
+  StageCost step;  ///< of the whole step() call, front end included
+};
+
+class Outputs {
+ public:
+  /// Throws InputError when the folder cannot be made or written.
+  explicit Outputs(const std::filesystem::path& folder);
+
+  void add_image(const ImageRecord& record);
+  void add_predicted(const PredictedState& state);
+  void set_summary(const std::string& json_text);
+  /// Closes all files, then gives all of them their names.
+  void commit();
+
+ private:
+  void write_headers();
+  void write_state_row(const ImageRecord& record);
+  void write_timing_row(const ImageRecord& record);
+
+  PendingFile trajectory_;
+  PendingFile trajectory_imu_;
+  PendingFile states_;
+  PendingFile covariance_;
+  PendingFile timing_;
+  PendingFile summary_;
+};
+
+}  // namespace plumb::replay

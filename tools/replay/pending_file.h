@@ -1,0 +1,32 @@
+#pragma once
+// An output file that looks like one only when it is whole: written under a temporary name, renamed at the end.
+
+#include <cstdio>
+#include <filesystem>
+
+namespace plumb::replay {
+
+class PendingFile {
+ public:
+  /// Creates FILE.partial, and the folder if needed. Throws InputError when that is not possible.
+  explicit PendingFile(std::filesystem::path file);
+  /// Removes FILE.partial unless committed.
+  ~PendingFile();
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  std::FILE* stream() { return stream_; }
+  const std::filesystem::path& temporary_name() const { return temporary_; }
+  /// Flushes and closes. Throws std::runtime_error when anything could not be written (a full disk).
+  void close();
+  /// Gives the file its name. Precondition: close() was called.
+  void commit();
+
+ private:
+  std::filesystem::path file_;
+  std::filesystem::path temporary_;
+  std::FILE* stream_ = nullptr;
+  bool committed_ = false;
+};
+
+}  // namespace plumb::replay

@@ -1,0 +1,139 @@
+#include "tools/replay/summary.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "tools/replay/heap_counter.h"
+#include "tools/replay/report_fields.h"
+
+namespace plumb::replay {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Distribution {
+  double mean = 0.0;
+  double median = 0.0;
+  double p95 = 0.0;
+  double max = 0.0;
+};
+
+Distribution distribution_of(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double fraction) {
+    return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
+  };
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  return {.mean = sum / static_cast<double>(values.size()), .median = at(0.5), .p95 = at(0.95), .max = values.back()};
+}
+
+Json to_json(const Distribution& d) { return {{"mean", d.mean}, {"median", d.median}, {"p95", d.p95}, {"max", d.max}}; }
+
+double peak_rss_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux gives KiB
+}
+
+double coverage(const Session& session, const FlightTotals& totals) {
+  return session.images == 0 ? 0.0 : static_cast<double>(totals.images_valid) / static_cast<double>(session.images);
+}
+
+std::string hex(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, value);
+  return text;
+}
+
+Json parameters_json(const Parameters& parameters) {
+  Json json;
+  for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+    json[std::string(row.name)] = row.get(parameters);
+  }
+  return json;
+}
+
+Json counters_json(const FlightTotals& totals) {
+  Json json;
+  for_each_field(totals.estimator, [&json](const char* name, std::uint64_t value) { json["estimator"][name] = value; });
+  json["system"] = {{"ticks", totals.system.ticks},
+                    {"ticks_out_of_order", totals.system.ticks_out_of_order},
+                    {"frames", totals.system.frames},
+                    {"frames_skipped", totals.system.frames_skipped},
+                    {"frames_refused", totals.system.frames_refused}};
+  json["predictor"] = {{"corrections", totals.predictor.corrections},
+                       {"stale_corrections", totals.predictor.stale_corrections},
+                       {"refused_samples", totals.predictor.refused_samples},
+                       {"gaps", totals.predictor.gaps}};
+  return json;
+}
+
+Json heap_json(const FlightTotals& totals) {
+  if (!heap_calls_counted()) return nullptr;
+  return {{"estimator", totals.filter_heap_calls},
+          {"fsw_without_tracker", totals.fsw_heap_calls},
+          {"tracker", totals.front_end_heap_calls}};
+}
+
+}  // namespace
+
+std::string summary_json(const Session& session, const FlightOptions& options, const FlightTotals& totals) {
+  Json json;
+  json["source"] = session.source;
+  json["configuration"] = options.config_name;
+  json["start_from_truth"] = options.start_from_truth;
+  json["inputs"] = {{"images", session.images}, {"imu_samples", session.imu_samples}, {"ranges", session.ranges}};
+  json["images_processed"] = totals.images_processed;
+  json["images_valid"] = totals.images_valid;
+  json["coverage"] = coverage(session, totals);
+  json["image_span_s"] = (session.t_last_image - session.t_first_image).seconds();
+  json["first_output_ns"] = totals.images_valid > 0 ? Json(totals.t_first_valid.ns()) : Json(nullptr);
+  json["first_output_after_s"] =
+      totals.images_valid > 0 ? Json((totals.t_first_valid - session.t_first_image).seconds()) : Json(nullptr);
+  json["predicted_states"] = totals.predicted;
+  json["run_hash"] = hex(totals.run_hash);
+  json["cpu_ms"] = {{"front_end", to_json(distribution_of(totals.front_end_ms))},
+                    {"filter", to_json(distribution_of(totals.filter_ms))}};
+  json["wall_s"] = totals.wall_s;
+  json["peak_rss_mib"] = peak_rss_mib();
+  json["heap_calls"] = heap_json(totals);
+  json["counters"] = counters_json(totals);
+  json["parameters"] = parameters_json(session.parameters);
+  return json.dump(2) + "\n";
+}
+
+void print_summary(const Session& session, const FlightOptions& options, const FlightTotals& totals) {
+  const EstimatorCounters& c = totals.estimator;
+  std::printf("configuration   %s, run hash %s\n", options.config_name.c_str(), hex(totals.run_hash).c_str());
+  std::printf("images          %zu, processed %" PRIu64 ", with a state %" PRIu64 " (%.1f %%)\n", session.images,
+              totals.images_processed, totals.images_valid, 100.0 * coverage(session, totals));
+  if (totals.images_valid > 0) {
+    std::printf("first output    %.3f s after the first image\n",
+                (totals.t_first_valid - session.t_first_image).seconds());
+  }
+  std::printf("ranges          %" PRIu64 ", used %" PRIu64 ", gated %" PRIu64 ", no facet %" PRIu64
+              ", geometry %" PRIu64 ", stale %" PRIu64 ", invalid %" PRIu64 "\n",
+              c.ranges, c.ranges_used, c.ranges_gated, c.ranges_no_facet, c.ranges_bad_geometry, c.ranges_stale,
+              c.ranges_invalid);
+  std::printf("resets          %" PRIu64 ", numerical faults %" PRIu64 ", IMU gaps %" PRIu64 "\n", c.resets,
+              c.numerical_faults, c.imu_gaps);
+  std::printf("CPU per image    mean    median  95 %%    max      [ms]\n");
+  const auto print_row = [](const char* name, const Distribution& d) {
+    std::printf("  %-13s %7.3f %7.3f %7.3f %7.3f\n", name, d.mean, d.median, d.p95, d.max);
+  };
+  print_row("front end", distribution_of(totals.front_end_ms));
+  print_row("filter", distribution_of(totals.filter_ms));
+  if (heap_calls_counted()) {
+    std::printf("heap calls      estimator %" PRIu64 ", fsw without tracker %" PRIu64 ", tracker %" PRIu64 "\n",
+                totals.filter_heap_calls, totals.fsw_heap_calls, totals.front_end_heap_calls);
+  }
+  std::printf("wall time       %.2f s, peak memory %.1f MiB\n", totals.wall_s, peak_rss_mib());
+}
+
+}  // namespace plumb::replay

@@ -1,0 +1,14 @@
+#pragma once
+// What a replay amounts to, as JSON for programs and as a short table for people.
+
+#include <string>
+
+#include "tools/replay/flight.h"
+#include "tools/replay/session.h"
+
+namespace plumb::replay {
+
+std::string summary_json(const Session& session, const FlightOptions& options, const FlightTotals& totals);
+void print_summary(const Session& session, const FlightOptions& options, const FlightTotals& totals);
+
+}  // namespace plumb::replay

@@ -1,0 +1,87 @@
+#include "tools/replay/yaml_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tools/replay/input_error.h"
+
+namespace plumb::replay {
+
+YamlFile::YamlFile(std::filesystem::path file) : file_(std::move(file)) {
+  if (!std::filesystem::is_regular_file(file_)) {
+    throw InputError(file_.string() + ": not found; expected a YAML file");
+  }
+  try {
+    root_ = YAML::LoadFile(file_.string());
+  } catch (const YAML::Exception& error) {
+    throw InputError(file_.string() + ": not readable as YAML: " + error.what());
+  }
+  if (!root_.IsMap()) throw InputError(file_.string() + ": expected a YAML map of keys and values");
+}
+
+std::optional<YAML::Node> YamlFile::find(const std::string& key) const {
+  YAML::Node node = root_;
+  for (std::size_t start = 0; start <= key.size();) {
+    const std::size_t dot = std::min(key.find('.', start), key.size());
+    if (!node.IsMap()) return std::nullopt;
+    const YAML::Node child = std::as_const(node)[key.substr(start, dot - start)];
+    if (!child.IsDefined() || child.IsNull()) return std::nullopt;
+    node.reset(child);
+    start = dot + 1;
+  }
+  return node;
+}
+
+YAML::Node YamlFile::require(const std::string& key) const {
+  const std::optional<YAML::Node> node = find(key);
+  if (!node) throw InputError(file_.string() + ": key '" + key + "' is missing");
+  return *node;
+}
+
+double YamlFile::to_number(const YAML::Node& node, const std::string& key) const {
+  double value = 0.0;
+  if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
+    fail(key, "expected a finite number" + (node.IsScalar() ? ", found '" + node.Scalar() + "'" : std::string()));
+  }
+  return value;
+}
+
+double YamlFile::number(const std::string& key) const { return to_number(require(key), key); }
+
+std::optional<double> YamlFile::optional_number(const std::string& key) const {
+  const std::optional<YAML::Node> node = find(key);
+  if (!node) return std::nullopt;
+  return to_number(*node, key);
+}
+
+std::string YamlFile::text(const std::string& key) const {
+  const YAML::Node node = require(key);
+  if (!node.IsScalar()) fail(key, "expected one word");
+  return node.Scalar();
+}
+
+std::vector<double> YamlFile::numbers(const std::string& key, std::size_t count) const {
+  const YAML::Node node = require(key);
+  const bool right_size = node.IsSequence() && (count == 0 || node.size() == count);
+  if (!right_size) {
+    const std::string found = node.IsSequence() ? std::to_string(node.size()) : std::string("no list");
+    fail(key, "expected a list of " + (count == 0 ? std::string() : std::to_string(count) + " ") + "numbers, found " +
+                  found);
+  }
+  std::vector<double> values;
+  for (const YAML::Node& item : node) values.push_back(to_number(item, key));
+  return values;
+}
+
+void YamlFile::fail(const std::string& key, const std::string& message) const {
+  const std::optional<YAML::Node> node = find(key);
+  fail_at(node ? node->Mark().line : -1, key, message);
+}
+
+void YamlFile::fail_at(int line, const std::string& key, const std::string& message) const {
+  const std::string where = line >= 0 ? " line " + std::to_string(line + 1) : std::string();
+  throw InputError(file_.string() + where + ": key '" + key + "': " + message);
+}
+
+}  // namespace plumb::replay

@@ -1,0 +1,39 @@
+#pragma once
+// A YAML file whose keys are required unless said otherwise. Every fault names the file, the key and what was expected.
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumb::replay {
+
+class YamlFile {
+ public:
+  /// Throws InputError when the file is missing or is not a YAML map.
+  explicit YamlFile(std::filesystem::path file);
+
+  double number(const std::string& key) const;
+  std::optional<double> optional_number(const std::string& key) const;
+  std::string text(const std::string& key) const;
+  /// A list of `count` finite numbers; any length when count is 0. `key` may be a path with dots ("T_BS.data").
+  std::vector<double> numbers(const std::string& key, std::size_t count) const;
+  const YAML::Node& root() const { return root_; }
+  /// "FILE line N: key 'KEY': message".
+  [[noreturn]] void fail(const std::string& key, const std::string& message) const;
+  /// The same for a line that is known, counted from 0 (-1: unknown).
+  [[noreturn]] void fail_at(int line, const std::string& key, const std::string& message) const;
+
+ private:
+  std::optional<YAML::Node> find(const std::string& key) const;
+  YAML::Node require(const std::string& key) const;
+  double to_number(const YAML::Node& node, const std::string& key) const;
+
+  std::filesystem::path file_;
+  YAML::Node root_;
+};
+
+}  // namespace plumb::replay
