@@ -69,8 +69,6 @@ class Flight {
       return;
     }
     static_cast<void>(estimator_.add_imu(imu_.sample(truth, t)));
-    if (settings_.start_from_truth && !started_) estimator_.start_from(true_nav_state(truth, imu_, t));
-    started_ = true;
     process_waiting();
   }
 
@@ -82,14 +80,17 @@ class Flight {
   }
 
   void process(Time t) {
+    const double t_s = (t - flight_epoch()).seconds();
+    const TruthState truth = scene_.trajectory.at(t_s);
     CameraFrame image;
     image.t_exposure_mid = t;
     image.sequence = sequence_++;
+    if (settings_.start_from_truth && image.sequence == 0) estimator_.start_from(true_nav_state(truth, imu_, t));
     if (!ok(tracker_.track(image, estimator_.predict_motion(t), frame_))) return;
     static_cast<void>(estimator_.process(frame_));  // "not ready" shows as an invalid state
     FlightPoint point;
-    point.t_s = (t - flight_epoch()).seconds();
-    point.truth = scene_.trajectory.at(point.t_s);
+    point.t_s = t_s;
+    point.truth = truth;
     point.gyro_bias_rad_s = imu_.gyro_bias_rad_s();
     point.accel_bias_m_s2 = imu_.accel_bias_m_s2();
     point.estimate = estimator_.state();
@@ -107,7 +108,6 @@ class Flight {
   typename EstimatorType::Frame frame_;
   std::vector<Time> waiting_;
   std::uint32_t sequence_ = 0;
-  bool started_ = false;
   FlightLog log_;
 };
 
