@@ -9,6 +9,7 @@
 #include "fsw/base/fixed_vector.h"
 #include "fsw/vision/camera_model.h"
 #include "fsw/vision/image_kernels.h"
+#include "fsw/vision/patch_template.h"
 #include "fsw/vision/ransac.h"
 #include "fsw/vision/spacing_mask.h"
 #include "fsw/vision/tiles.h"
@@ -22,9 +23,10 @@ struct TrackerReport {
   std::uint32_t before = 0;           ///< live tracks before the frame
   std::uint32_t lost_prediction = 0;  ///< predicted outside the image
   std::uint32_t lost_flow = 0;        ///< no convergence, patch changed, or too near to the edge
-  std::uint32_t lost_backward = 0;    ///< forward-backward check
+  std::uint32_t lost_backward = 0;    ///< neither like its patch nor back to where it came from
   std::uint32_t lost_outlier = 0;     ///< two-view outliers
   std::uint32_t lost_crowded = 0;     ///< ran into an older track
+  std::uint32_t reanchored = 0;       ///< given a new patch
   std::uint32_t started = 0;          ///< new features
   std::uint32_t searched_tiles = 0;   ///< tiles in which corners were looked for
   bool outliers_judged = false;       ///< false: too few tracks or no common motion, and so nothing was rejected
@@ -53,13 +55,25 @@ class FeatureTracker final : public Tracker<MaxTracks> {
     Vec3 bearing_Cprev = Vec3::UnitZ();    ///< the same in the image before
     Vec2 rotated_px = Vec2::Zero();        ///< where the rotation alone takes the feature in the present image
     Vec2 drift_px = Vec2::Zero();          ///< motion of the last interval beyond what the rotation explains
+    Quat q_CCanchor = Quat::Identity();    ///< rotation since the patch was taken
+    std::uint16_t slot = 0;                ///< its place in anchors_
+    bool aligned = false;                  ///< found again by its patch
     bool keep = true;
+  };
+  /// The patch of a track and where the camera saw it when it was taken.
+  struct Anchor {
+    PatchTemplate patch;
+    Vec3 ray_C = Vec3::UnitZ();                       ///< on the plane z = 1
+    Mat2 normalised_per_px = Mat2::Identity();        ///< inverse Jacobian of the camera model there
   };
 
   Status check_frame(const CameraFrame& frame) const;
   void predict(const MotionPrediction& motion, double interval_ratio);
   void follow();
+  void align(const MotionPrediction& motion);
+  void align_track(const MotionPrediction& motion, Track& track, const FlowPoint& point);
   void follow_back();
+  bool anchor(Track& track);
   void reject_outliers(const MotionPrediction& motion);
   void drop_crowded();
   std::uint32_t drop_unkept();
@@ -80,6 +94,9 @@ class FeatureTracker final : public Tracker<MaxTracks> {
 
   FixedVector<Track, MaxTracks> tracks_;       ///< in order of id
   FixedVector<FlowPoint, MaxTracks> points_;   ///< point i belongs to track i
+  std::array<std::array<float, 2>, MaxTracks> came_from_;  ///< where doubtful point i was in the previous image
+  std::array<Anchor, MaxTracks> anchors_;
+  FixedVector<std::uint16_t, MaxTracks> free_slots_;
   FixedVector<BearingMatch, MaxTracks> matches_;
   std::array<BestCorners<kCornersPerTile>, kMaxTiles> candidates_;
   std::array<std::int32_t, kMaxTiles> fast_threshold_{};

@@ -39,6 +39,10 @@ FeatureTracker<MaxTracks, Kernels>::FeatureTracker(const CameraCalibration& cali
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::reset() {
   tracks_.clear();
+  free_slots_.clear();
+  for (std::size_t slot = MaxTracks; slot > 0; --slot) {
+    (void)free_slots_.push_back(static_cast<std::uint16_t>(slot - 1));
+  }
   kernels_.forget();
   ransac_.reset();
   fast_threshold_.fill(tracker_detail::kFirstThreshold < options_.fast_threshold_min   ? options_.fast_threshold_min
@@ -67,6 +71,7 @@ Status FeatureTracker<MaxTracks, Kernels>::track(const CameraFrame& frame, const
     const MotionPrediction usable = motion.valid && motion.q_CnowCprev.coeffs().allFinite() ? motion : MotionPrediction{};
     predict(usable, std::fmin(ratio, tracker_detail::kMaxIntervalRatio));
     follow();
+    align(usable);
     follow_back();
     reject_outliers(usable);
     drop_crowded();
@@ -118,32 +123,90 @@ void FeatureTracker<MaxTracks, Kernels>::follow() {
   }
 }
 
-// Only the tracks that came through the forward search are searched for again, from where they were found towards where
-// they came from.
 template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::follow_back() {
+void FeatureTracker<MaxTracks, Kernels>::align(const MotionPrediction& motion) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    const FlowPoint forward = points_[i];
     if (!tracks_[i].keep) continue;
-    points_[kept++] = {forward.to_u_px, forward.to_v_px, forward.from_u_px, forward.from_v_px};
+    points_[kept++] = points_[i];
+    align_track(motion, tracks_[i], points_[i]);
   }
   points_.resize(kept);
   report_.lost_flow = drop_unkept();
-  kernels_.follow({points_.data(), points_.size()}, FlowDirection::kBackward);
+}
+
+// The patch is warped by what the rotation since its capture, and the lens, do to it. How depth changes its size is not
+// known here; a patch that grew too much no longer correlates and is replaced.
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& motion, Track& track,
+                                                     const FlowPoint& point) {
+  track.aligned = false;
+  track.u_px = point.to_u_px;
+  track.v_px = point.to_v_px;
+  track.q_CCanchor = (motion.q_CnowCprev * track.q_CCanchor).normalized();
+  const Anchor& anchor = anchors_[track.slot];
+  const Mat3 rotation = track.q_CCanchor.toRotationMatrix();
+  const Vec3 ray_C = rotation * anchor.ray_C;
+  if (!(ray_C.z() > tracker_detail::kMinForward)) return;
+  const Vec2 normalised = ray_C.template head<2>() / ray_C.z();
+  Vec2 pixel;
+  Mat2 px_per_normalised;
+  if (!ok(camera_.distort(normalised, pixel, px_per_normalised))) return;
+  const Mat2 turn = (rotation.template topLeftCorner<2, 2>() - normalised * rotation.template block<1, 2>(2, 0)) / ray_C.z();
+  PatchPosition position{point.to_u_px, point.to_v_px};
+  if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position))) return;
+  const double correction_px = std::hypot(static_cast<double>(position.u_px - point.to_u_px),
+                                          static_cast<double>(position.v_px - point.to_v_px));
+  track.aligned = static_cast<double>(position.similarity) >= options_.min_similarity &&
+                  correction_px <= options_.max_correction_px;
+  if (!track.aligned) return;
+  track.u_px = position.u_px;
+  track.v_px = position.v_px;
+}
+
+// A track that no longer looks like its patch must at least lead back to where it came from; it then gets a new patch.
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::follow_back() {
+  std::size_t doubtful = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    Track& track = tracks_[i];
-    const FlowPoint& back = points_[i];
-    const double miss_px = std::hypot(static_cast<double>(back.to_u_px - track.u_px),
-                                      static_cast<double>(back.to_v_px - track.v_px));
-    track.keep = back.found && miss_px <= options_.forward_backward_px;
+    if (tracks_[i].aligned) continue;
+    const FlowPoint forward = points_[i];
+    points_[doubtful++] = {forward.to_u_px, forward.to_v_px, forward.from_u_px, forward.from_v_px,
+                           0.0F, false};
+    came_from_[doubtful - 1] = {forward.from_u_px, forward.from_v_px};
+  }
+  kernels_.follow({points_.data(), doubtful}, FlowDirection::kBackward);
+  std::size_t next = 0;
+  for (Track& track : tracks_) {
+    track.keep = true;
+    if (!track.aligned) {
+      const FlowPoint& back = points_[next];
+      const double miss_px = std::hypot(static_cast<double>(back.to_u_px - came_from_[next][0]),
+                                        static_cast<double>(back.to_v_px - came_from_[next][1]));
+      ++next;
+      track.keep = back.found && miss_px <= options_.forward_backward_px;
+    }
+    track.keep = track.keep && inside(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) && locate(track);
     if (!track.keep) continue;
-    track.u_px = back.from_u_px;
-    track.v_px = back.from_v_px;
     track.drift_px = Vec2(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) - track.rotated_px;
-    track.keep = locate(track);
+    if (track.aligned) continue;
+    track.keep = anchor(track);
+    ++report_.reanchored;
   }
   report_.lost_backward = drop_unkept();
+}
+
+template <std::size_t MaxTracks, class Kernels>
+bool FeatureTracker<MaxTracks, Kernels>::anchor(Track& track) {
+  Anchor& anchor = anchors_[track.slot];
+  Vec2 pixel;
+  Mat2 px_per_normalised;
+  if (!ok(anchor.patch.capture(kernels_.present(), track.u_px, track.v_px))) return false;
+  if (!ok(camera_.distort(track.normalised, pixel, px_per_normalised))) return false;
+  anchor.ray_C = track.normalised.homogeneous();
+  anchor.normalised_per_px = px_per_normalised.inverse();
+  track.q_CCanchor = Quat::Identity();
+  return true;
 }
 
 template <std::size_t MaxTracks, class Kernels>
@@ -175,6 +238,9 @@ void FeatureTracker<MaxTracks, Kernels>::drop_crowded() {
 template <std::size_t MaxTracks, class Kernels>
 std::uint32_t FeatureTracker<MaxTracks, Kernels>::drop_unkept() {
   const std::size_t before = tracks_.size();
+  for (const Track& track : tracks_) {
+    if (!track.keep) (void)free_slots_.push_back(track.slot);
+  }
   tracks_.erase_if([](const Track& track) { return !track.keep; });
   return static_cast<std::uint32_t>(before - tracks_.size());
 }
@@ -237,6 +303,9 @@ void FeatureTracker<MaxTracks, Kernels>::start_track(const Corner& corner) {
   track.v_px = corner.v_px;
   mask_.take(corner.u_px, corner.v_px);
   if (!locate(track)) return;  // seen through a part of the lens that the model does not cover
+  track.slot = free_slots_.back();
+  if (!anchor(track)) return;
+  free_slots_.pop_back();
   track.id = next_id_++;
   track.bearing_Cprev = track.bearing_C;
   tiles_.add(corner.u_px, corner.v_px);

@@ -4,6 +4,7 @@
 //   Kernels(const CameraCalibration&, const TrackerOptions&)
 //   void push(const ImageView&)   the image becomes the present one, the present one the previous
 //   void forget()                 there is no image any more
+//   ImageView present() const     the present image; valid until the next push
 //   void follow(std::span<FlowPoint>, FlowDirection)
 //                                 finds every point of one image in the other, searching from `to`
 //   void detect(const TileRect&, std::int32_t threshold, CornerSink&)

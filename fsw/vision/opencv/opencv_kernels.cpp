@@ -25,6 +25,11 @@ void OpenCvKernels::push(const ImageView& image) {
 
 void OpenCvKernels::forget() { images_ = 0; }
 
+ImageView OpenCvKernels::present() const {
+  const cv::Mat& image = pyramid_[present_].front();
+  return {image.data, image.cols, image.rows, static_cast<std::int32_t>(image.step)};
+}
+
 void OpenCvKernels::follow(std::span<FlowPoint> points, FlowDirection direction) {
   for (FlowPoint& point : points) point.found = false;
   if (points.empty() || images_ < 2) return;
@@ -39,7 +44,7 @@ void OpenCvKernels::follow(std::span<FlowPoint> points, FlowDirection direction)
                               options_.epsilon_px);
   cv::calcOpticalFlowPyrLK(pyramid_[forward ? 1 - present_ : present_], pyramid_[forward ? present_ : 1 - present_],
                            from_, to_, status_, error_, cv::Size(options_.window_px, options_.window_px),
-                           options_.levels - 1, stop, cv::OPTFLOW_USE_INITIAL_FLOW, options_.min_eigenvalue);
+                           (forward ? options_.levels : options_.backward_levels) - 1, stop, cv::OPTFLOW_USE_INITIAL_FLOW, options_.min_eigenvalue);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i].to_u_px = to_[i].x;
     points[i].to_v_px = to_[i].y;

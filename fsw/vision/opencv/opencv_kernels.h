@@ -20,6 +20,7 @@ class OpenCvKernels {
   OpenCvKernels(const CameraCalibration& calibration, const TrackerOptions& options);
   void push(const ImageView& image);
   void forget();
+  ImageView present() const;
   void follow(std::span<FlowPoint> points, FlowDirection direction);
   void detect(const TileRect& rect, std::int32_t threshold, CornerSink& sink);
 

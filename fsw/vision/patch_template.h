@@ -1,0 +1,51 @@
+#pragma once
+// A small patch kept from the image in which a feature was first seen, and its alignment in later images. Following from
+// image to image adds up errors; aligning with one and the same patch does not, so that a feature stands still when the
+// camera does.
+//
+// Alignment is inverse compositional (Baker and Matthews 2004): the gradients are those of the patch and are computed
+// once. Mean and gain are taken out of both sides, so that exposure changes do not matter.
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/base/status.h"
+#include "fsw/math/so3.h"
+#include "fsw/measurement/samples.h"
+
+namespace plumb {
+
+struct PatchPosition {
+  float u_px = 0.0F;
+  float v_px = 0.0F;
+  float similarity = 0.0F;  ///< zero-mean normalised cross-correlation, -1 to 1
+};
+
+class PatchTemplate {
+ public:
+  static constexpr std::int32_t kHalf_px = 6;
+  static constexpr std::int32_t kSide_px = 2 * kHalf_px + 1;
+  static constexpr std::int32_t kSamples = kSide_px * kSide_px;
+
+  /// Takes the patch around a point. kRejected when it reaches out of the image, kIllConditioned when it has too little
+  /// texture in some direction; the template is then as before.
+  [[nodiscard]] Status capture(const ImageView& image, float u_px, float v_px);
+
+  /// Finds the patch, starting at `position`; `warp` maps offsets from the centre in the patch to offsets in the image
+  /// (both px). kRejected when it leaves the image, kIllConditioned when it does not converge; `position` is then
+  /// undefined.
+  [[nodiscard]] Status align(const ImageView& image, const Mat2& warp, PatchPosition& position) const;
+
+ private:
+  using Samples = std::array<float, kSamples>;
+
+  Samples value_{};       ///< grey level less the mean
+  Samples gradient_u_{};  ///< grey levels per px, less the mean
+  Samples gradient_v_{};
+  float inverse_uu_ = 0.0F;  ///< inverse of the structure tensor
+  float inverse_uv_ = 0.0F;
+  float inverse_vv_ = 0.0F;
+  float energy_ = 0.0F;      ///< sum of value_ squared
+};
+
+}  // namespace plumb
