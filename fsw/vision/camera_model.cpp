@@ -6,12 +6,12 @@
 namespace plumb {
 namespace {
 
-constexpr int kMaxNewtonIterations = 20;   // 4 to 6 are used on real lenses; the rest is for the image corners
-constexpr double kNewtonStep = 1e-13;      // normalised plane: far below a rounding of the pixel coordinates
-constexpr int kFoldScanSteps = 1024;       // 1.5 mrad of field angle each
+constexpr int kMaxNewtonIterations = 20;     // 4 to 6 are used on real lenses; the rest is for the image corners
+constexpr double kNewtonStep = 1e-13;        // normalised plane: far below a rounding of the pixel coordinates
+constexpr int kFoldScanSteps = 1024;         // 1.5 mrad of field angle each
 constexpr double kMaxFieldAngle_rad = 1.55;  // beyond it the plane z = 1 says nothing (radius 48)
-constexpr double kSeriesLimit = 1e-2;      // argument below which atan(a)/a is summed; 4 terms are exact to 1e-16
-constexpr double kMaxFov_rad = 3.1;        // tan(w/2) stays finite
+constexpr double kSeriesLimit = 1e-2;        // argument below which atan(a)/a is summed; 4 terms are exact to 1e-16
+constexpr double kMaxFov_rad = 3.1;          // tan(w/2) stays finite
 
 using Coefficients = std::array<double, 4>;
 
@@ -196,7 +196,8 @@ Status CameraModel::distort(const Vec2& normalised, Vec2& pixel, Mat2& jacobian)
 
 Status CameraModel::undistort(const Vec2& pixel, Vec2& normalised) const {
   if (!pixel.allFinite()) return Status::kInvalidValue;
-  const Vec2 distorted((pixel.x() - calibration_.cx) / calibration_.fx, (pixel.y() - calibration_.cy) / calibration_.fy);
+  const Vec2 distorted((pixel.x() - calibration_.cx) / calibration_.fx,
+                       (pixel.y() - calibration_.cy) / calibration_.fy);
   switch (calibration_.distortion) {
     case Distortion::kNone: normalised = distorted; return Status::kOk;
     case Distortion::kRadialTangential: return undistort_newton(calibration_, max_radius_, distorted, normalised);

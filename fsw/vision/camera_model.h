@@ -21,7 +21,7 @@ struct CameraCalibration {
   std::int32_t height = 0;  ///< px
   double fx = 0.0;          ///< px
   double fy = 0.0;
-  double cx = 0.0;          ///< px, pixel centres at integer coordinates
+  double cx = 0.0;  ///< px, pixel centres at integer coordinates
   double cy = 0.0;
   Distortion distortion = Distortion::kNone;
   std::array<double, 4> coefficients{};
@@ -41,8 +41,8 @@ class CameraModel {
   [[nodiscard]] Status distort(const Vec2& normalised, Vec2& pixel) const;
   /// The same with the analytic Jacobian d pixel / d normalised [px].
   [[nodiscard]] Status distort(const Vec2& normalised, Vec2& pixel, Mat2& jacobian) const;
-  /// Distorted pixel to normalised plane by a bounded Newton iteration. kIllConditioned when it does not converge, which
-  /// is where no point of the plane is imaged; kInvalidValue when the pixel is not finite.
+  /// Distorted pixel to normalised plane by a bounded Newton iteration. kIllConditioned when it does not converge,
+  /// which is where no point of the plane is imaged; kInvalidValue when the pixel is not finite.
   [[nodiscard]] Status undistort(const Vec2& pixel, Vec2& normalised) const;
   /// Mean focal length [px]: converts pixel noise to the normalised plane.
   double focal_px() const { return 0.5 * (calibration_.fx + calibration_.fy); }

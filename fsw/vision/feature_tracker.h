@@ -1,6 +1,6 @@
 #pragma once
-// The tracker's logic, which is the same whoever works on the pixels (Kernels, see image_kernels.h): prediction, checks,
-// outlier rejection, quotas and the track table.
+// The tracker's logic, which is the same whoever works on the pixels (Kernels, see image_kernels.h): prediction,
+// checks, outlier rejection, quotas and the track table.
 
 #include <array>
 #include <cstddef>
@@ -26,6 +26,7 @@ struct TrackerReport {
   std::uint32_t lost_backward = 0;    ///< neither like its patch nor back to where it came from
   std::uint32_t lost_outlier = 0;     ///< two-view outliers
   std::uint32_t lost_crowded = 0;     ///< ran into an older track
+  std::uint32_t lost_texture = 0;     ///< a new patch was due and there was not enough texture for one
   std::uint32_t reanchored = 0;       ///< given a new patch
   std::uint32_t started = 0;          ///< new features
   std::uint32_t searched_tiles = 0;   ///< tiles in which corners were looked for
@@ -51,20 +52,20 @@ class FeatureTracker final : public Tracker<MaxTracks> {
     float u_px = 0.0F;
     float v_px = 0.0F;
     Vec2 normalised = Vec2::Zero();
-    Vec3 bearing_C = Vec3::UnitZ();        ///< unit vector
-    Vec3 bearing_Cprev = Vec3::UnitZ();    ///< the same in the image before
-    Vec2 rotated_px = Vec2::Zero();        ///< where the rotation alone takes the feature in the present image
-    Vec2 drift_px = Vec2::Zero();          ///< motion of the last interval beyond what the rotation explains
-    Quat q_CCanchor = Quat::Identity();    ///< rotation since the patch was taken
-    std::uint16_t slot = 0;                ///< its place in anchors_
-    bool aligned = false;                  ///< found again by its patch
+    Vec3 bearing_C = Vec3::UnitZ();      ///< unit vector
+    Vec3 bearing_Cprev = Vec3::UnitZ();  ///< the same in the image before
+    Vec2 rotated_px = Vec2::Zero();      ///< where the rotation alone takes the feature in the present image
+    Vec2 drift_px = Vec2::Zero();        ///< motion of the last interval beyond what the rotation explains
+    Quat q_CCanchor = Quat::Identity();  ///< rotation since the patch was taken
+    std::uint16_t slot = 0;              ///< its place in anchors_
+    bool aligned = false;                ///< found again by its patch
     bool keep = true;
   };
   /// The patch of a track and where the camera saw it when it was taken.
   struct Anchor {
     PatchTemplate patch;
-    Vec3 ray_C = Vec3::UnitZ();                       ///< on the plane z = 1
-    Mat2 normalised_per_px = Mat2::Identity();        ///< inverse Jacobian of the camera model there
+    Vec3 ray_C = Vec3::UnitZ();                 ///< on the plane z = 1
+    Mat2 normalised_per_px = Mat2::Identity();  ///< inverse Jacobian of the camera model there
   };
 
   Status check_frame(const CameraFrame& frame) const;
@@ -76,6 +77,7 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   bool anchor(Track& track);
   void reject_outliers(const MotionPrediction& motion);
   void drop_crowded();
+  void renew_patches();
   std::uint32_t drop_unkept();
   void detect();
   void search_tile(std::size_t tile, std::int32_t wanted);
@@ -92,8 +94,8 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   TileGrid<kMaxTiles> tiles_;
   SpacingMask mask_;
 
-  FixedVector<Track, MaxTracks> tracks_;       ///< in order of id
-  FixedVector<FlowPoint, MaxTracks> points_;   ///< point i belongs to track i
+  FixedVector<Track, MaxTracks> tracks_;                   ///< in order of id
+  FixedVector<FlowPoint, MaxTracks> points_;               ///< point i belongs to track i
   std::array<std::array<float, 2>, MaxTracks> came_from_;  ///< where doubtful point i was in the previous image
   std::array<Anchor, MaxTracks> anchors_;
   FixedVector<std::uint16_t, MaxTracks> free_slots_;

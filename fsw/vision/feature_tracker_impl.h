@@ -8,12 +8,12 @@
 namespace plumb {
 namespace tracker_detail {
 
-inline constexpr std::int32_t kFirstThreshold = 20;     // grey levels; the usual FAST setting, adapted from there
-inline constexpr int kMaxSearchPasses = 3;              // 20, 10, 5: enough to find the level of a dark tile at once
+inline constexpr std::int32_t kFirstThreshold = 20;  // grey levels; the usual FAST setting, adapted from there
+inline constexpr int kMaxSearchPasses = 3;           // 20, 10, 5: enough to find the level of a dark tile at once
 inline constexpr std::int32_t kManyCorners = 4 * static_cast<std::int32_t>(kCornersPerTile);
-inline constexpr double kMaxIntervalRatio = 3.0;        // further extrapolation does more harm than good
-inline constexpr double kCrowdedShare = 0.35;           // of the minimum distance: two tracks that close are one
-inline constexpr double kMinForward = 0.05;             // cosine of the field angle beyond which z = 1 is useless
+inline constexpr double kMaxIntervalRatio = 3.0;  // further extrapolation does more harm than good
+inline constexpr double kCrowdedShare = 0.35;     // of the minimum distance: two tracks that close are one
+inline constexpr double kMinForward = 0.05;       // cosine of the field angle beyond which z = 1 is useless
 
 inline RansacOptions ransac_options(const CameraModel& camera, const TrackerOptions& options) {
   RansacOptions ransac;
@@ -45,9 +45,10 @@ void FeatureTracker<MaxTracks, Kernels>::reset() {
   }
   kernels_.forget();
   ransac_.reset();
-  fast_threshold_.fill(tracker_detail::kFirstThreshold < options_.fast_threshold_min   ? options_.fast_threshold_min
-                       : tracker_detail::kFirstThreshold > options_.fast_threshold_max ? options_.fast_threshold_max
-                                                                                       : tracker_detail::kFirstThreshold);
+  fast_threshold_.fill(tracker_detail::kFirstThreshold < options_.fast_threshold_min ? options_.fast_threshold_min
+                       : tracker_detail::kFirstThreshold > options_.fast_threshold_max
+                           ? options_.fast_threshold_max
+                           : tracker_detail::kFirstThreshold);
   report_ = TrackerReport{};
   last_t_ = Time::never();
   last_interval_s_ = 0.0;
@@ -68,13 +69,15 @@ Status FeatureTracker<MaxTracks, Kernels>::track(const CameraFrame& frame, const
 
   kernels_.push(frame.image);
   if (!tracks_.empty()) {
-    const MotionPrediction usable = motion.valid && motion.q_CnowCprev.coeffs().allFinite() ? motion : MotionPrediction{};
+    const MotionPrediction usable =
+        motion.valid && motion.q_CnowCprev.coeffs().allFinite() ? motion : MotionPrediction{};
     predict(usable, std::fmin(ratio, tracker_detail::kMaxIntervalRatio));
     follow();
     align(usable);
     follow_back();
     reject_outliers(usable);
     drop_crowded();
+    renew_patches();
   }
   detect();
   publish(frame, out);
@@ -92,8 +95,8 @@ Status FeatureTracker<MaxTracks, Kernels>::check_frame(const CameraFrame& frame)
   return frame.t_exposure_mid > last_t_ ? Status::kOk : Status::kOutOfOrder;
 }
 
-// The rotation comes from the gyro; what it does not explain (translation over depth, gyro bias) is taken to go on as in
-// the last interval.
+// The rotation comes from the gyro; what it does not explain (translation over depth, gyro bias) is taken to go on as
+// in the last interval.
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::predict(const MotionPrediction& motion, double interval_ratio) {
   const Mat3 rotation = motion.q_CnowCprev.normalized().toRotationMatrix();
@@ -152,9 +155,11 @@ void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
   Vec2 pixel;
   Mat2 px_per_normalised;
   if (!ok(camera_.distort(normalised, pixel, px_per_normalised))) return;
-  const Mat2 turn = (rotation.template topLeftCorner<2, 2>() - normalised * rotation.template block<1, 2>(2, 0)) / ray_C.z();
+  const Mat2 turn =
+      (rotation.template topLeftCorner<2, 2>() - normalised * rotation.template block<1, 2>(2, 0)) / ray_C.z();
   PatchPosition position{point.to_u_px, point.to_v_px};
-  if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position))) return;
+  if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position)))
+    return;
   const double correction_px = std::hypot(static_cast<double>(position.u_px - point.to_u_px),
                                           static_cast<double>(position.v_px - point.to_v_px));
   track.aligned = static_cast<double>(position.similarity) >= options_.min_similarity &&
@@ -164,15 +169,15 @@ void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
   track.v_px = position.v_px;
 }
 
-// A track that no longer looks like its patch must at least lead back to where it came from; it then gets a new patch.
+// A track that no longer looks like its patch must at least lead back to where it came from; it then gets a new
+// patch, see renew_patches().
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::follow_back() {
   std::size_t doubtful = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     if (tracks_[i].aligned) continue;
     const FlowPoint forward = points_[i];
-    points_[doubtful++] = {forward.to_u_px, forward.to_v_px, forward.from_u_px, forward.from_v_px,
-                           0.0F, false};
+    points_[doubtful++] = {forward.to_u_px, forward.to_v_px, forward.from_u_px, forward.from_v_px, 0.0F, false};
     came_from_[doubtful - 1] = {forward.from_u_px, forward.from_v_px};
   }
   kernels_.follow({points_.data(), doubtful}, FlowDirection::kBackward);
@@ -186,12 +191,10 @@ void FeatureTracker<MaxTracks, Kernels>::follow_back() {
       ++next;
       track.keep = back.found && miss_px <= options_.forward_backward_px;
     }
-    track.keep = track.keep && inside(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) && locate(track);
-    if (!track.keep) continue;
-    track.drift_px = Vec2(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) - track.rotated_px;
-    if (track.aligned) continue;
-    track.keep = anchor(track);
-    ++report_.reanchored;
+    track.keep =
+        track.keep && inside(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) && locate(track);
+    if (track.keep)
+      track.drift_px = Vec2(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) - track.rotated_px;
   }
   report_.lost_backward = drop_unkept();
 }
@@ -219,6 +222,9 @@ void FeatureTracker<MaxTracks, Kernels>::reject_outliers(const MotionPrediction&
   if (!report_.outliers_judged) return;
   for (std::size_t i = 0; i < tracks_.size(); ++i) tracks_[i].keep = outcome_.inlier[i];
   report_.lost_outlier = drop_unkept();
+  // The rotation the matches agree on is free of gyro bias, which would otherwise add up over the life of a patch.
+  const Quat correction = outcome_.q_C2C1 * motion.q_CnowCprev.conjugate();
+  for (Track& track : tracks_) track.q_CCanchor = (correction * track.q_CCanchor).normalized();
 }
 
 // Two tracks on one feature would count its information twice; the older one stays.
@@ -233,6 +239,16 @@ void FeatureTracker<MaxTracks, Kernels>::drop_crowded() {
     }
   }
   report_.lost_crowded = drop_unkept();
+}
+
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::renew_patches() {
+  for (Track& track : tracks_) {
+    if (track.aligned) continue;
+    track.keep = anchor(track);
+    ++report_.reanchored;
+  }
+  report_.lost_texture = drop_unkept();
 }
 
 template <std::size_t MaxTracks, class Kernels>
@@ -274,7 +290,8 @@ void FeatureTracker<MaxTracks, Kernels>::search_tile(std::size_t tile, std::int3
     if (sink.offered() > tracker_detail::kManyCorners && threshold < options_.fast_threshold_max) {
       ++threshold;  // for the next image: fewer corners to sort through
     }
-    if (candidates_[tile].size() >= static_cast<std::size_t>(wanted) || threshold <= options_.fast_threshold_min) return;
+    if (candidates_[tile].size() >= static_cast<std::size_t>(wanted) || threshold <= options_.fast_threshold_min)
+      return;
     threshold = threshold / 2 > options_.fast_threshold_min ? threshold / 2 : options_.fast_threshold_min;
   }
 }
@@ -319,8 +336,7 @@ void FeatureTracker<MaxTracks, Kernels>::publish(const CameraFrame& frame, Featu
   out.sequence = frame.sequence;
   out.observations.clear();
   for (const Track& track : tracks_) {
-    (void)out.observations.push_back(
-        {track.id, track.u_px, track.v_px, track.normalised.x(), track.normalised.y()});
+    (void)out.observations.push_back({track.id, track.u_px, track.v_px, track.normalised.x(), track.normalised.y()});
   }
 }
 

@@ -28,7 +28,7 @@ enum class FlowDirection : std::uint8_t {
 struct FlowPoint {
   float from_u_px = 0.0F;
   float from_v_px = 0.0F;
-  float to_u_px = 0.0F;   ///< in: where to start searching; out: where it was found
+  float to_u_px = 0.0F;  ///< in: where to start searching; out: where it was found
   float to_v_px = 0.0F;
   float residual = 0.0F;  ///< out: mean absolute difference of the patches [grey levels]
   bool found = false;     ///< out: false when the patch left the image or has no texture

@@ -7,8 +7,8 @@ namespace {
 
 constexpr int kMaxIterations = 8;
 constexpr float kConverged_px = 0.01F;
-constexpr float kMinEnergy = 1.0F;          // grey levels squared per sample: flatter than sensor noise
-constexpr float kMinEigenvalue = 10.0F;     // of the structure tensor per sample, (grey level / px)^2; measured
+constexpr float kMinEnergy = 1.0F;       // grey levels squared per sample: flatter than sensor noise
+constexpr float kMinEigenvalue = 10.0F;  // of the structure tensor per sample, (grey level / px)^2; measured
 
 /// Bilinear interpolation. Precondition: the four pixels around the point are in the image.
 float sample(const ImageView& image, float u_px, float v_px) {
@@ -54,7 +54,8 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   std::array<float, kWide * kWide> wide;
   for (std::int32_t r = 0; r < kWide; ++r) {
     for (std::int32_t c = 0; c < kWide; ++c) {
-      wide[r * kWide + c] = sample(image, u_px + static_cast<float>(c - kReach_px), v_px + static_cast<float>(r - kReach_px));
+      wide[r * kWide + c] =
+          sample(image, u_px + static_cast<float>(c - kReach_px), v_px + static_cast<float>(r - kReach_px));
     }
   }
   Samples value;

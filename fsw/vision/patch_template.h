@@ -1,7 +1,7 @@
 #pragma once
-// A small patch kept from the image in which a feature was first seen, and its alignment in later images. Following from
-// image to image adds up errors; aligning with one and the same patch does not, so that a feature stands still when the
-// camera does.
+// A small patch kept from the image in which a feature was first seen, and its alignment in later images. Following
+// from image to image adds up errors; aligning with one and the same patch does not, so that a feature stands still
+// when the camera does.
 //
 // Alignment is inverse compositional (Baker and Matthews 2004): the gradients are those of the patch and are computed
 // once. Mean and gain are taken out of both sides, so that exposure changes do not matter.
@@ -45,7 +45,7 @@ class PatchTemplate {
   float inverse_uu_ = 0.0F;  ///< inverse of the structure tensor
   float inverse_uv_ = 0.0F;
   float inverse_vv_ = 0.0F;
-  float energy_ = 0.0F;      ///< sum of value_ squared
+  float energy_ = 0.0F;  ///< sum of value_ squared
 };
 
 }  // namespace plumb

@@ -10,13 +10,13 @@ namespace {
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 using Mat5 = Eigen::Matrix<double, 5, 5>;
 
-constexpr std::size_t kMinMatches = 8;      // below this five unknowns and an outlier cannot be told apart
-constexpr int kIterations = 60;             // half outliers: a pair of inliers is missed with probability 3e-8
-constexpr int kRotationIterations = 8;      // reweighted steps from identity
+constexpr std::size_t kMinMatches = 8;  // below this five unknowns and an outlier cannot be told apart
+constexpr int kIterations = 60;         // half outliers: a pair of inliers is missed with probability 3e-8
+constexpr int kRotationIterations = 8;  // reweighted steps from identity
 constexpr int kRefineIterations = 5;
-constexpr double kMinInlierShare = 0.5;     // less agreement than this is a failure of the model, not of the tracks
+constexpr double kMinInlierShare = 0.5;         // less agreement than this is a failure of the model, not of the tracks
 constexpr double kRotationFitScale_rad = 5e-3;  // flow that counts half in the rotation fit
-constexpr double kEpipoleFloor = 1e-6;      // squared sine to the epipole under which a match says nothing
+constexpr double kEpipoleFloor = 1e-6;          // squared sine to the epipole under which a match says nothing
 constexpr double kTiny = 1e-24;
 
 /// Two unit vectors that span the plane normal to the unit vector v.
@@ -90,7 +90,8 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
   }
 }
 
-// Minimises sum rho(t . (Exp(d) b1' x b2) / |t x b1'|) + |d|^2 / sigma^2 over the small rotation d and the unit vector t.
+// Minimises sum rho(t . (Exp(d) b1' x b2) / |t x b1'|) + |d|^2 / sigma^2 over the small rotation d and the unit vector
+// t.
 void TwoViewRansac::refine(std::span<const BearingMatch> matches, const Quat& q_C2C1, double sigma_rad,
                            double scale_rad, Model& model) const {
   const double prior = (scale_rad / sigma_rad) * (scale_rad / sigma_rad);

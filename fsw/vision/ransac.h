@@ -47,8 +47,8 @@ struct BearingMatch {
 };
 
 struct RansacOptions {
-  double threshold_rad = 2.5e-3;       ///< distance to the epipolar plane above which a match is an outlier
-  double rotation_sigma_rad = 3.0e-3;  ///< error of the given rotation, per axis
+  double threshold_rad = 2.5e-3;           ///< distance to the epipolar plane above which a match is an outlier
+  double rotation_sigma_rad = 3.0e-3;      ///< error of the given rotation, per axis
   double blind_rotation_sigma_rad = 0.02;  ///< the same when the rotation had to be fitted to the matches
   std::uint64_t seed = 0x9E3779B97F4A7C15ULL;
 };
@@ -63,8 +63,8 @@ class TwoViewRansac {
     bool judged = false;
     std::size_t inliers = 0;
     std::array<bool, kMaxMatches> inlier{};
-    Quat q_C2C1 = Quat::Identity();           ///< the rotation used in the end
-    Vec3 direction_C2 = Vec3::Zero();         ///< unit direction in which points move (C1's origin seen from C2)
+    Quat q_C2C1 = Quat::Identity();    ///< the rotation used in the end
+    Vec3 direction_C2 = Vec3::Zero();  ///< unit direction in which points move (C1's origin seen from C2)
   };
 
   explicit TwoViewRansac(const RansacOptions& options) : options_(options), generator_(options.seed) {}

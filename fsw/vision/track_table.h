@@ -16,10 +16,10 @@ struct TrackSample {
 template <std::size_t MaxLength>
 struct Track {
   std::uint32_t id = 0;
-  std::uint32_t age = 0;        ///< images it has been seen in, used observations included
-  bool alive = false;           ///< seen in the newest image
-  bool in_state = false;        ///< it is a SLAM feature
-  bool banned = false;          ///< evicted as an outlier: follow it no more
+  std::uint32_t age = 0;                        ///< images it has been seen in, used observations included
+  bool alive = false;                           ///< seen in the newest image
+  bool in_state = false;                        ///< it is a SLAM feature
+  bool banned = false;                          ///< evicted as an outlier: follow it no more
   FixedVector<TrackSample, MaxLength> samples;  ///< unused observations, oldest first, one per image at most
 };
 

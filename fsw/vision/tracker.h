@@ -10,7 +10,7 @@ namespace plumb {
 
 /// What the IMU says of the motion since the last tracked image, to seed the search.
 struct MotionPrediction {
-  bool valid = false;                ///< false: no usable IMU between the images; search around the old positions
+  bool valid = false;                   ///< false: no usable IMU between the images; search around the old positions
   Quat q_CnowCprev = Quat::Identity();  ///< rotates vectors from the previous camera frame into the present one
 };
 

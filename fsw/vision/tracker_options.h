@@ -14,8 +14,8 @@ inline constexpr std::size_t kMaxTiles = 64;
 
 struct TrackerOptions {
   // Number and spread of the features.
-  std::int32_t max_features = 160;    ///< live tracks kept at once; at most the tracker's MaxTracks
-  std::int32_t tile_columns = 8;      ///< detection tiles; columns x rows at most kMaxTiles
+  std::int32_t max_features = 160;  ///< live tracks kept at once; at most the tracker's MaxTracks
+  std::int32_t tile_columns = 8;    ///< detection tiles; columns x rows at most kMaxTiles
   std::int32_t tile_rows = 6;
   std::int32_t min_distance_px = 16;  ///< between a new feature and every live one
   std::int32_t border_px = 8;         ///< features nearer to the image edge are dropped; at least kMinBorder_px

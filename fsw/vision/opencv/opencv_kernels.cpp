@@ -44,7 +44,8 @@ void OpenCvKernels::follow(std::span<FlowPoint> points, FlowDirection direction)
                               options_.epsilon_px);
   cv::calcOpticalFlowPyrLK(pyramid_[forward ? 1 - present_ : present_], pyramid_[forward ? present_ : 1 - present_],
                            from_, to_, status_, error_, cv::Size(options_.window_px, options_.window_px),
-                           (forward ? options_.levels : options_.backward_levels) - 1, stop, cv::OPTFLOW_USE_INITIAL_FLOW, options_.min_eigenvalue);
+                           (forward ? options_.levels : options_.backward_levels) - 1, stop,
+                           cv::OPTFLOW_USE_INITIAL_FLOW, options_.min_eigenvalue);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i].to_u_px = to_[i].x;
     points[i].to_v_px = to_[i].y;
@@ -60,8 +61,8 @@ void OpenCvKernels::detect(const TileRect& rect, std::int32_t threshold, CornerS
                         rect.right - rect.left + 2 * kFastRadius_px, rect.bottom - rect.top + 2 * kFastRadius_px);
   cv::FAST(image(region), corners_, threshold, true);
   for (const cv::KeyPoint& corner : corners_) {
-    sink.offer({corner.pt.x + static_cast<float>(region.x), corner.pt.y + static_cast<float>(region.y),
-                corner.response});
+    sink.offer(
+        {corner.pt.x + static_cast<float>(region.x), corner.pt.y + static_cast<float>(region.y), corner.response});
   }
 }
 
