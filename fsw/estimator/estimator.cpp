@@ -10,7 +10,6 @@ namespace {
 
 // "Zero" uncertainty of what defines the world frame: small against every sensor, large against rounding.
 constexpr double kPinnedSigma = 1e-6;          // rad, m
-constexpr double kStandingVelocity = 0.01;     // m/s, 1 sigma of "standing still"
 constexpr double kGivenAttitude = 0.01;        // rad, 1 sigma, start from truth
 constexpr double kGivenVelocity = 0.05;        // m/s
 constexpr double kMotionTilt = 0.1;            // rad, prior of the in-motion start: wide, so that data decide
@@ -45,6 +44,7 @@ void Estimator<Config>::reset() {
   standing_ = false;
   last_visual_t_ = Time::never();
   last_range_t_ = Time::never();
+  last_range_depth_m_ = 0.0;
   const std::uint32_t resets = nav_.reset_count + 1;
   nav_ = {};
   nav_.reset_count = resets;
@@ -90,6 +90,7 @@ Status Estimator<Config>::add_range(const RangeSample& sample) {
     ++counters_.ranges_stale;
     return Status::kStale;
   }
+  last_range_depth_m_ = (calibration_.p_CR_m + sample.range_m * calibration_.u_C).z();
   if (ranges_.full()) ranges_.erase(0);
   return ranges_.push_back(sample);
 }
@@ -123,9 +124,10 @@ Status Estimator<Config>::process(const Frame& frame) {
     return Status::kStale;
   }
   const Time window_start = frame.t - Duration::from_seconds(options_.start.still_window_s);
-  const bool image_still = image_stillness_.update(frame, options_.start.still_image_px / calibration_.focal_px,
-                                                   options_.start.still_window_s);
-  standing_ = image_still && imu_is_still(imu_, window_start, frame.t, options_.start, options_.imu.gravity_m_s2);
+  const ImageEvidence image = image_stillness_.update(frame, options_.start.still_image_px / calibration_.focal_px,
+                                                      options_.start.still_window_s);
+  standing_ = image.still && imu_is_still(imu_, window_start, frame.t, options_.start, options_.imu.gravity_m_s2);
+  max_flow_per_s_ = image.max_flow_per_s;
 
   Status status = initialised_ ? fuse_image(frame) : start(frame);
   last_frame_t_ = frame.t;
@@ -183,7 +185,6 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
       }
       StageScope scope(observer_, Stage::kRange);
       if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
-      last_range_depth_m_ = (calibration_.p_CR_m + range.range_m * calibration_.u_C).z();
       if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
     }
     count_range(report_.range_outcome);
@@ -223,13 +224,27 @@ void Estimator<Config>::make_room_for_clone() {
 }
 
 template <class Config>
+StandingNoise Estimator<Config>::standing_noise() const {
+  constexpr double kUnknownDepth = 5.0;  // m, when neither a range nor a feature tells
+  double depth_m = last_range_depth_m_ > 0.0 ? last_range_depth_m_ : kUnknownDepth;
+  for (const SlamFeature& feature : state_.features) {
+    if (feature.parameters.z() > 0.0) depth_m = std::max(depth_m, 1.0 / feature.parameters.z());
+  }
+  return {max_flow_per_s_ * depth_m, max_flow_per_s_};
+}
+
+template <class Config>
 Status Estimator<Config>::fuse_standing(Time t) {
+  const double step_s = std::max((t - last_frame_t_).seconds(), 1e-3);
   const ImuStatistics rest = imu_.statistics(last_frame_t_, t);
-  const double span_s = std::max((t - last_frame_t_).seconds(), 1e-3);
+  // What one window of images can hide, the images in it hide together: they count as one measurement.
+  const double repeats = std::sqrt(std::max(options_.start.still_window_s / step_s, 1.0));
+  const StandingNoise noise = standing_noise();
   stack_.begin(state_);
-  if (!ok(add_zero_velocity(state_, stack_, kStandingVelocity))) return Status::kOk;
+  if (!ok(add_zero_velocity(state_, stack_, noise.velocity_m_s * repeats))) return Status::kOk;
   if (rest.count > 0) {
-    add_zero_rate(state_, stack_, rest.mean_gyro_rad_s, options_.imu.gyro_noise_density / std::sqrt(span_s));
+    add_zero_rate(state_, stack_, rest.mean_gyro_rad_s,
+                  std::hypot(options_.imu.gyro_noise_density / std::sqrt(step_s), noise.rate_rad_s * repeats));
   }
   report_.zero_velocity = true;
   return stack_.apply(state_);
@@ -289,9 +304,12 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   CoreState core;
   core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
   core.b_gyro_rad_s = rest.mean_gyro_rad_s;
-  begin_filter(frame.t, core, Vec3(kRestTilt, kStandingVelocity, kPinnedSigma));
+  state_.clear();
+  const StandingNoise noise = standing_noise();
+  begin_filter(frame.t, core, Vec3(kRestTilt, noise.velocity_m_s, kPinnedSigma));
   stack_.begin(state_);
-  add_zero_rate(state_, stack_, rest.mean_gyro_rad_s, options_.imu.gyro_noise_density / std::sqrt(span_s));
+  add_zero_rate(state_, stack_, rest.mean_gyro_rad_s,
+                std::hypot(options_.imu.gyro_noise_density / std::sqrt(span_s), noise.rate_rad_s));
   add_gravity(state_, stack_, rest.mean_accel_m_s2, options_.imu.gravity_m_s2,
               options_.imu.accel_noise_density / std::sqrt(span_s));
   const Status status = stack_.apply(state_);

@@ -66,6 +66,7 @@ class Estimator {
   Status fuse_ranges_until(Time t, bool including);
   void propagate_to(Time t);
   void make_room_for_clone();
+  StandingNoise standing_noise() const;
   Status fuse_standing(Time t);
   Status start(const Frame& frame);
   Status start_standing(const Frame& frame);
@@ -95,12 +96,13 @@ class Estimator {
 
   bool initialised_ = false;
   bool standing_ = false;
+  double max_flow_per_s_ = 0.0;  ///< while standing: image motion that could go unnoticed
   bool start_given_ = false;
   NavState given_;
   Time last_frame_t_;
   Time last_visual_t_;
   Time last_range_t_;
-  double last_range_depth_m_ = 0.0;
+  double last_range_depth_m_ = 0.0;  ///< along the optical axis; zero: none yet
 
   NavState nav_;
   FrameReport report_;

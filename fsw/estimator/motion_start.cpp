@@ -84,8 +84,6 @@ MotionStart::Estimate MotionStart::first_guess(const StartProblem& problem, cons
   imu.for_each_interval(first, problem.images.back(), step);
   Estimate out;
   out.core.motion.q_WI = rotation_between(q_first.conjugate() * s.v_WI_m_s, Vec3::UnitZ());
-  const double yaw = yaw_of(out.core.motion.q_WI);
-  out.core.motion.q_WI = so3_exp(Vec3(0.0, 0.0, -yaw)) * out.core.motion.q_WI;
   out.rho.fill(problem.ranges.empty() ? kDefaultInverseDepth : 1.0 / problem.ranges.front().range_m);
   return out;
 }

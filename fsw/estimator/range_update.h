@@ -21,8 +21,8 @@ class RangeUpdate {
   Status fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m, FrameReport& report);
 
  private:
-  /// A vertex must be known this well: sigma of rho over rho.
-  static constexpr double kMaxDepthUncertainty = 0.5;
+  /// A vertex must be known this well: sigma of rho over rho. A feature just started from a prior passes.
+  static constexpr double kMaxDepthUncertainty = 0.75;
   using Vertices = std::array<std::size_t, 3>;
 
   CameraPose camera_of(const CoreState& core) const {
@@ -100,11 +100,15 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   report.range_predicted_m = prediction.range_m;
   if (prediction.cos_incidence < std::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
 
+  // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
+  // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
+  // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
   const double sigma = options_.noise_m;
+  const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;
   const auto add = [&](std::size_t at, const auto& row) {  // anchors may coincide: contributions add up
-    for (Eigen::Index k = 0; k < row.size(); ++k) h(0, at + static_cast<std::size_t>(k)) += row(k) / sigma;
+    for (Eigen::Index k = 0; k < row.size(); ++k) h(0, at + static_cast<std::size_t>(k)) += ratio * ratio * row(k) / sigma;
   };
   add(kTheta, prediction.by_camera);  // the camera is fixed to the IMU: both have the same (theta, xi_p)
   static_cast<void>(support.push_back({kTheta, kPoseSize}));
@@ -116,9 +120,9 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
     add(Layout::feature(vertices[j]), prediction.by_feature[j]);
     static_cast<void>(support.push_back({Layout::feature(vertices[j]), kFeatureSize}));
   }
-  stack.residual(0) = (range_m - prediction.range_m) / sigma;
+  stack.residual(0) = ratio * (range_m - prediction.range_m) / sigma;
   const double nis = stack.close(state, support);
-  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0));
+  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0)) / ratio;
   return nis <= options_.gate_sigma * options_.gate_sigma ? RangeOutcome::kUsed : RangeOutcome::kGated;
 }
 

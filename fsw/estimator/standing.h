@@ -7,11 +7,15 @@
 
 namespace plumb {
 
-/// Level attitude with zero yaw from the mean specific force at rest.
-inline Quat level_attitude(const Vec3& mean_accel_m_s2) {
-  const Quat level = rotation_between(mean_accel_m_s2, Vec3::UnitZ());
-  return (so3_exp(Vec3(0.0, 0.0, -yaw_of(level))) * level).normalized();
-}
+/// Level attitude from the mean specific force at rest: the turn that levels I and nothing about the vertical, which is
+/// what "yaw zero" means here (an Euler angle would not do: the body's x axis may be the vertical one).
+inline Quat level_attitude(const Vec3& mean_accel_m_s2) { return rotation_between(mean_accel_m_s2, Vec3::UnitZ()); }
+
+/// How sure standing still is: what the images could have missed. [m/s, rad/s], 1 sigma of one image's evidence.
+struct StandingNoise {
+  double velocity_m_s = 0.0;
+  double rate_rad_s = 0.0;
+};
 
 /// Zero velocity: v = 0 with sigma_m_s. A velocity that contradicts it beyond all doubt is left alone (kRejected).
 template <class Config>

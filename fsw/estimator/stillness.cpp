@@ -1,12 +1,36 @@
 #include "fsw/estimator/stillness.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 
 namespace plumb {
 namespace {
+
 constexpr std::size_t kMinSamples = 10;
 constexpr double kMaxTurnRate = 0.2;       // rad/s, mean: larger than any turn-on bias, smaller than a real turn
 constexpr double kMaxGravityError = 0.05;  // of gravity: a steady acceleration is not standing still
+constexpr double kOutlierRatio = 3.0;      // of the mean squared residual of the first fit
+constexpr double kMinSpread = 1e-12;       // conditioning of the points, relative
+
+using Affine = Eigen::Matrix<double, 3, 2>;
+
+/// Least-squares affine field over the displacements whose squared residual under `previous` is below `limit`.
+bool fit(const Displacement* d, std::size_t count, const Affine& previous, double limit, Affine& field) {
+  Mat3 a = Mat3::Zero();
+  Affine b = Affine::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 x = d[i].from.homogeneous();
+    if ((d[i].by - previous.transpose() * x).squaredNorm() > limit) continue;
+    a += x * x.transpose();
+    b += x * d[i].by.transpose();
+  }
+  const Eigen::LDLT<Mat3> factor(a);
+  if (!(factor.vectorD().minCoeff() > kMinSpread * a.trace())) return false;
+  field = factor.solve(b);
+  return true;
+}
+
 }  // namespace
 
 bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& options, double gravity_m_s2) {
@@ -15,6 +39,22 @@ bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& 
   return s.count >= kMinSamples && s.gyro_deviation_rad_s < options.still_gyro_rad_s &&
          s.accel_deviation_m_s2 < options.still_accel_m_s2 && s.mean_gyro_rad_s.norm() < kMaxTurnRate &&
          std::abs(s.mean_accel_m_s2.norm() - gravity_m_s2) < kMaxGravityError * gravity_m_s2;
+}
+
+double smooth_flow_rms(const Displacement* displacements, std::size_t count) {
+  constexpr double kUndetermined = std::numeric_limits<double>::infinity();
+  Affine field;
+  if (!fit(displacements, count, Affine::Zero(), kUndetermined, field)) return kUndetermined;
+  double residual = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    residual += (displacements[i].by - field.transpose() * displacements[i].from.homogeneous()).squaredNorm();
+  }
+  const double limit = kOutlierRatio * residual / static_cast<double>(count);
+  const Affine first = field;
+  if (limit > 0.0 && !fit(displacements, count, first, limit, field)) return kUndetermined;
+  double flow = 0.0;
+  for (std::size_t i = 0; i < count; ++i) flow += (field.transpose() * displacements[i].from.homogeneous()).squaredNorm();
+  return std::sqrt(flow / static_cast<double>(count));
 }
 
 }  // namespace plumb

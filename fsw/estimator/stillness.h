@@ -3,6 +3,7 @@
 // IMU, a hover over far ground to the camera.
 
 #include <algorithm>
+#include <limits>
 
 #include "fsw/estimator/imu_buffer.h"
 #include "fsw/estimator/options.h"
@@ -13,33 +14,55 @@ namespace plumb {
 /// True when the IMU shows neither rotation nor acceleration beyond noise over [from, to].
 bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& options, double gravity_m_s2);
 
+/// One feature in two images, normalised image plane.
+struct Displacement {
+  Vec2 from = Vec2::Zero();
+  Vec2 by = Vec2::Zero();
+};
+
+/// Root mean square, over the features, of the affine flow field that fits the displacements best. Shift, turn, approach
+/// and shear of the image all show in it, while the noise of single features averages out. Features that move against
+/// the rest are left out of a second fit. Infinite when the points do not determine a field.
+double smooth_flow_rms(const Displacement* displacements, std::size_t count);
+
+/// What the images say about standing still.
+struct ImageEvidence {
+  bool still = false;
+  double max_flow_per_s = 0.0;  ///< no image motion faster than this (normalised plane) escaped notice
+};
+
 /// Compares each image with a reference image at least one still_window older.
 template <std::size_t MaxTracks>
 class ImageStillness {
  public:
-  void clear() { has_reference_ = false; }
+  void clear() {
+    has_reference_ = false;
+    evidence_ = {};
+  }
 
-  /// True when the median feature has stayed within limit_normalised of where the reference image had it, for
-  /// window_s or longer.
-  bool update(const FeatureFrame<MaxTracks>& frame, double limit_normalised, double window_s) {
+  /// Still: the image has stayed within limit_normalised of the reference image for window_s or longer.
+  ImageEvidence update(const FeatureFrame<MaxTracks>& frame, double limit_normalised, double window_s) {
     constexpr std::size_t kMinCommon = 8;
     constexpr double kRenewAfterWindows = 4.0;  // a slow drift must add up before the reference is renewed
+    constexpr double kFlowFloor = 0.2;          // of the limit: what tracking errors can hide
     const std::size_t common = has_reference_ ? compare(frame) : 0;
     const double age_s = has_reference_ ? (frame.t - reference_.t).seconds() : 0.0;
-    const bool moved = common < kMinCommon || median(common) > limit_normalised;
-    const bool still = !moved && age_s >= window_s;
+    const double flow = common < kMinCommon ? std::numeric_limits<double>::infinity()
+                                            : smooth_flow_rms(displacements_.data(), common);
+    const bool moved = flow > limit_normalised;
+    const bool long_enough = age_s >= window_s;
+    // Just after a renewal the new reference is young; what was still before stays so until it moves.
+    evidence_.still = !moved && (evidence_.still || long_enough);
+    if (!moved && long_enough) evidence_.max_flow_per_s = std::max(flow, kFlowFloor * limit_normalised) / age_s;
     if (moved || age_s >= kRenewAfterWindows * window_s) {
-      was_still_ = still;
       reference_ = frame;
       has_reference_ = true;
-      return still;
     }
-    // Just after a renewal the new reference is young; what was still before stays so until it moves.
-    was_still_ = still || was_still_;
-    return was_still_;
+    return evidence_;
   }
 
  private:
+  /// Both frames are in order of id.
   std::size_t compare(const FeatureFrame<MaxTracks>& frame) {
     std::size_t count = 0;
     std::size_t r = 0;
@@ -48,20 +71,15 @@ class ImageStillness {
       if (r == reference_.observations.size()) break;
       const FeatureObservation& then = reference_.observations[r];
       if (then.track_id != now.track_id) continue;
-      displacement_[count++] = (Vec2(now.x, now.y) - Vec2(then.x, then.y)).norm();
+      displacements_[count++] = {Vec2(then.x, then.y), Vec2(now.x - then.x, now.y - then.y)};
     }
     return count;
   }
-  double median(std::size_t count) {
-    std::nth_element(displacement_.begin(), displacement_.begin() + static_cast<std::ptrdiff_t>(count / 2),
-                     displacement_.begin() + static_cast<std::ptrdiff_t>(count));
-    return displacement_[count / 2];
-  }
 
   FeatureFrame<MaxTracks> reference_;
-  std::array<double, MaxTracks> displacement_{};
+  std::array<Displacement, MaxTracks> displacements_{};
   bool has_reference_ = false;
-  bool was_still_ = false;
+  ImageEvidence evidence_;
 };
 
 }  // namespace plumb
