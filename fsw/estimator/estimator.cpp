@@ -91,6 +91,7 @@ Status Estimator<Config>::add_range(const RangeSample& sample) {
     return Status::kStale;
   }
   last_range_depth_m_ = (calibration_.p_CR_m + sample.range_m * calibration_.u_C).z();
+  last_range_sample_t_ = sample.t;
   if (ranges_.full()) ranges_.erase(0);
   return ranges_.push_back(sample);
 }
@@ -226,11 +227,9 @@ void Estimator<Config>::make_room_for_clone() {
 template <class Config>
 StandingNoise Estimator<Config>::standing_noise() const {
   constexpr double kUnknownDepth = 5.0;  // m, when neither a range nor a feature tells
-  double depth_m = last_range_depth_m_ > 0.0 ? last_range_depth_m_ : kUnknownDepth;
-  for (const SlamFeature& feature : state_.features) {
-    if (feature.parameters.z() > 0.0) depth_m = std::max(depth_m, 1.0 / feature.parameters.z());
-  }
-  return {max_flow_per_s_ * depth_m, max_flow_per_s_};
+  constexpr double kAlongAxis = 2.5;     // motion along the optical axis moves the image least: by its mean radius
+  const double depth_m = std::max(last_range_depth_m_, median_depth_m());
+  return {kAlongAxis * max_flow_per_s_ * (depth_m > 0.0 ? depth_m : kUnknownDepth), max_flow_per_s_};
 }
 
 template <class Config>
@@ -252,13 +251,33 @@ Status Estimator<Config>::fuse_standing(Time t) {
 
 template <class Config>
 DepthPrior Estimator<Config>::depth_prior() const {
-  constexpr double kRelativeSigma = 0.5;  // terrain within a factor of two of the ranged depth is well inside two sigma
-  const bool ranged = last_range_t_ != Time::never() && (state_.t - last_range_t_).seconds() < kAidingTimeout;
-  if (ranged && last_range_depth_m_ > 0.0) {
-    return {1.0 / last_range_depth_m_, kRelativeSigma / last_range_depth_m_};
+  constexpr double kRelativeSigma = 0.5;  // a scene within a factor of two of this depth is well inside two sigma
+  double depth_m = 0.0;
+  if (last_range_depth_m_ > 0.0 && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout) {
+    depth_m = last_range_depth_m_;
+  } else {
+    depth_m = median_depth_m();
   }
+  if (depth_m > 0.0) return {1.0 / depth_m, kRelativeSigma / depth_m};
   const double d = options_.vision.min_depth_m;  // semi-infinite: from d_min to infinity within two sigma
   return {1.0 / (2.0 * d), 1.0 / (4.0 * d)};
+}
+
+template <class Config>
+double Estimator<Config>::median_depth_m() const {
+  constexpr std::size_t kMinKnown = 5;
+  constexpr double kKnown = 0.3;  // sigma of rho over rho
+  using Layout = ErrorLayout<Config>;
+  const ConstMatrixView p = state_.covariance();
+  FixedVector<double, Config::kMaxSlamFeatures> rho;
+  for (std::size_t i = 0; i < state_.features.size(); ++i) {
+    const double r = state_.features[i].parameters.z();
+    const std::size_t at = Layout::feature(i) + 2;
+    if (r > 0.0 && p(at, at) < kKnown * kKnown * r * r) static_cast<void>(rho.push_back(r));
+  }
+  if (rho.size() < kMinKnown) return 0.0;
+  std::sort(rho.begin(), rho.end());
+  return 1.0 / rho[rho.size() / 2];
 }
 
 template <class Config>

@@ -76,6 +76,8 @@ class Estimator {
   bool pose_start_problem();
   void count_range(RangeOutcome outcome);
   DepthPrior depth_prior() const;
+  /// Of the features whose depth is known; 0 when there are too few.
+  double median_depth_m() const;
   void publish(bool visual, Time t);
 
   EstimatorOptions options_;
@@ -101,7 +103,8 @@ class Estimator {
   NavState given_;
   Time last_frame_t_;
   Time last_visual_t_;
-  Time last_range_t_;
+  Time last_range_t_;  ///< the last range that was used
+  Time last_range_sample_t_;
   double last_range_depth_m_ = 0.0;  ///< along the optical axis; zero: none yet
 
   NavState nav_;
