@@ -53,6 +53,8 @@ class Estimator {
   /// The state at the newest processed image.
   const NavState& state() const { return nav_; }
   const FrameReport& report() const { return report_; }
+  /// The features in the state, for pictures and logs.
+  const FixedVector<SlamFeature, Config::kMaxSlamFeatures>& slam_features() const { return state_.features; }
   const EstimatorCounters& counters() const { return counters_; }
   /// 64-bit hash over the nominal state and the whole covariance, every bit of them.
   std::uint64_t state_hash() const { return state_.hash(); }

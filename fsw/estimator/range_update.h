@@ -50,6 +50,7 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
     report.range_outcome = vertices.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
     return Status::kOk;
   }
+  for (std::size_t j = 0; j < 3; ++j) report.range_facet[j] = state.features[(*vertices)[j]].track_id;
   stack.begin(state);
   report.range_outcome = add_row(state, stack, camera, *vertices, range_m, report);
   if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;

@@ -1,6 +1,7 @@
 #pragma once
 // Counters of what the estimator did with its inputs: per frame for the log, in total for health.
 
+#include <array>
 #include <cstdint>
 
 namespace plumb {
@@ -27,6 +28,7 @@ struct FrameReport {
   std::uint32_t msckf_rejected = 0;
   std::uint32_t ranges_used = 0;
   RangeOutcome range_outcome = RangeOutcome::kNone;  ///< of the newest range of this frame
+  std::array<std::uint32_t, 3> range_facet{};  ///< track ids of the facet's vertices; all zero: none under the beam
   double range_measured_m = 0.0;
   double range_predicted_m = 0.0;
   double range_sigma_m = 0.0;          ///< of the innovation
