@@ -28,6 +28,14 @@ struct PredictorTracking {
   double attitude_rad = 0.0;
 };
 
+/// Predictor output at one IMU sample.
+struct PredictedState {
+  Time t;
+  std::array<double, 3> p_WI_m{};
+  std::array<double, 3> v_WI_m_s{};
+  std::array<double, 4> q_WI{1, 0, 0, 0};  ///< w x y z
+};
+
 struct PredictorCounters {
   std::uint64_t corrections = 0;
   std::uint64_t stale_corrections = 0;  ///< refused: before the samples kept, or before the last correction
