@@ -1,0 +1,78 @@
+#include "hal/linux/lcm_log.h"
+
+#include <lcm/lcm.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+namespace plumb {
+namespace {
+
+lcm_eventlog_t* open_log(const std::string& file, const char* mode, std::string& error) {
+  errno = 0;
+  lcm_eventlog_t* log = lcm_eventlog_create(file.c_str(), mode);
+  if (log == nullptr) error = file + ": cannot be opened: " + std::strerror(errno);
+  return log;
+}
+
+}  // namespace
+
+std::unique_ptr<LcmLogWriter> LcmLogWriter::open(const std::string& file, std::string& error) {
+  lcm_eventlog_t* log = open_log(file, "w", error);
+  return log == nullptr ? nullptr : std::unique_ptr<LcmLogWriter>(new LcmLogWriter(log));
+}
+
+LcmLogWriter::~LcmLogWriter() { lcm_eventlog_destroy(log_); }
+
+Status LcmLogWriter::write(const char* channel, Time t, std::span<const std::uint8_t> message) {
+  // LCM's record holds pointers to non-const; writing only reads through them.
+  lcm_eventlog_event_t event{};
+  event.timestamp = t.ns() / 1000;
+  event.channellen = static_cast<std::int32_t>(std::strlen(channel));
+  event.datalen = static_cast<std::int32_t>(message.size());
+  event.channel = const_cast<char*>(channel);
+  event.data = const_cast<std::uint8_t*>(message.data());
+  return lcm_eventlog_write_event(log_, &event) == 0 ? Status::kOk : Status::kRejected;
+}
+
+Status LcmLogWriter::flush() {
+  return std::fflush(log_->f) == 0 && std::ferror(log_->f) == 0 ? Status::kOk : Status::kRejected;
+}
+
+std::unique_ptr<LcmLogReader> LcmLogReader::open(const std::string& file, std::string& error) {
+  std::error_code unreadable;  // opening tells
+  if (std::filesystem::is_directory(file, unreadable)) {
+    error = file + ": is a folder; expected an LCM event log";
+    return nullptr;
+  }
+  lcm_eventlog_t* log = open_log(file, "r", error);
+  return log == nullptr ? nullptr : std::unique_ptr<LcmLogReader>(new LcmLogReader(log));
+}
+
+LcmLogReader::LcmLogReader(lcm_eventlog_t* log) : log_(log) {
+  std::fseek(log_->f, 0, SEEK_END);
+  size_ = std::ftell(log_->f);
+  std::fseek(log_->f, 0, SEEK_SET);
+}
+
+LcmLogReader::~LcmLogReader() {
+  if (event_ != nullptr) lcm_eventlog_free_event(event_);
+  lcm_eventlog_destroy(log_);
+}
+
+Status LcmLogReader::next(LogEvent& event) {
+  if (event_ != nullptr) lcm_eventlog_free_event(event_);
+  event_ = lcm_eventlog_read_next_event(log_);
+  if (event_ == nullptr) return position_ == size_ ? Status::kNotReady : Status::kInvalidValue;
+  // LCM looks for the next sync word on its own: bytes passed over mean that something is damaged.
+  constexpr std::int64_t kEventHeaderBytes = 4 + 8 + 8 + 4 + 4;
+  position_ += kEventHeaderBytes + event_->channellen + event_->datalen;
+  if (std::ftell(log_->f) != position_) return Status::kInvalidValue;
+  event.channel.assign(event_->channel, static_cast<std::size_t>(event_->channellen));
+  event.message = {static_cast<const std::uint8_t*>(event_->data), static_cast<std::size_t>(event_->datalen)};
+  return Status::kOk;
+}
+
+}  // namespace plumb

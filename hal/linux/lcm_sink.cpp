@@ -1,0 +1,28 @@
+#include "hal/linux/lcm_sink.h"
+
+#include <lcm/lcm.h>
+
+#include <limits>
+
+namespace plumb {
+
+std::unique_ptr<LcmSink> LcmSink::open(const std::string& url, std::string& error) {
+  lcm_t* lcm = lcm_create(url.c_str());
+  if (lcm == nullptr) {
+    error = "LCM cannot use '" + url +
+            "'; expected a URL such as udpm://239.255.76.67:7667?ttl=0 and a network route " +
+            "to its address (on a host without one: ip route add 224.0.0.0/4 dev lo)";
+    return nullptr;
+  }
+  return std::unique_ptr<LcmSink>(new LcmSink(lcm));
+}
+
+LcmSink::~LcmSink() { lcm_destroy(lcm_); }
+
+Status LcmSink::publish(const char* channel, std::span<const std::uint8_t> message) {
+  if (message.size() > std::numeric_limits<unsigned int>::max()) return Status::kInvalidValue;
+  const int sent = lcm_publish(lcm_, channel, message.data(), static_cast<unsigned int>(message.size()));
+  return sent == 0 ? Status::kOk : Status::kRejected;
+}
+
+}  // namespace plumb

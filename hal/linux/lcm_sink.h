@@ -1,0 +1,33 @@
+#pragma once
+// Telemetry over LCM. Publishing from an encoded buffer needs no heap in the steady state (measured; see the reference
+// in docs), so it is safe in flight threads once open() has returned.
+
+#include <memory>
+#include <string>
+
+#include "hal/include/telemetry_sink.h"
+
+typedef struct _lcm_t lcm_t;
+
+namespace plumb {
+
+class LcmSink final : public TelemetrySink {
+ public:
+  /// `url` as LCM takes it, for example "udpm://239.255.76.67:7667?ttl=0" (ttl 0 stays on this host). Null, and the
+  /// reason in `error`, when LCM cannot use it: a malformed URL, or no multicast route to the address.
+  static std::unique_ptr<LcmSink> open(const std::string& url, std::string& error);
+  ~LcmSink() override;
+  LcmSink(const LcmSink&) = delete;
+  LcmSink& operator=(const LcmSink&) = delete;
+
+  Status publish(const char* channel, std::span<const std::uint8_t> message) override;
+
+  /// The connection, for a subscriber in the same process ("memq://").
+  lcm_t* handle() { return lcm_; }
+
+ private:
+  explicit LcmSink(lcm_t* lcm) : lcm_(lcm) {}
+  lcm_t* lcm_;
+};
+
+}  // namespace plumb
