@@ -115,6 +115,15 @@ void NavSystem<Config>::process(const CameraFrame& frame) {
   static_cast<void>(predictor_.correct(estimator_.state()));
 }
 
+template <class Config>
+HealthRecord NavSystem<Config>::health() const {
+  return {.t = t_last_tick_,
+          .estimator = estimator_.counters(),
+          .system = counters_,
+          .predictor = predictor_.counters(),
+          .tracking = predictor_.tracking()};
+}
+
 template class NavSystem<PaperConfig>;
 template class NavSystem<FlightConfig>;
 

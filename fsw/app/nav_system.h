@@ -14,6 +14,7 @@
 #include "fsw/estimator/estimator.h"
 #include "fsw/measurement/input_frame.h"
 #include "fsw/predictor/output_predictor.h"
+#include "fsw/telemetry/messages.h"
 #include "fsw/vision/camera_model.h"
 #include "fsw/vision/tracker.h"
 
@@ -24,14 +25,6 @@ struct Calibration {
   SensorCalibration sensor;
 };
 
-/// Predictor output at one IMU sample.
-struct PredictedState {
-  Time t;
-  std::array<double, 3> p_WI_m{};
-  std::array<double, 3> v_WI_m_s{};
-  std::array<double, 4> q_WI{1, 0, 0, 0};  ///< w x y z
-};
-
 /// What one call of step() did.
 struct NavTick {
   Status input_status = Status::kOk;  ///< kOutOfOrder: the tick's time was not after the last one; nothing was used
@@ -40,14 +33,6 @@ struct NavTick {
   Time t_image;                       ///< of that image
   std::uint32_t image_sequence = 0;
   FixedVector<PredictedState, kMaxImuPerFrame> predicted;  ///< one per IMU sample once there is a state
-};
-
-struct NavSystemCounters {
-  std::uint64_t ticks = 0;
-  std::uint64_t ticks_out_of_order = 0;
-  std::uint64_t frames = 0;          ///< camera frames offered
-  std::uint64_t frames_skipped = 0;  ///< another frame was still waiting for the IMU
-  std::uint64_t frames_refused = 0;  ///< no pixels, larger than the configuration allows, or refused by the tracker
 };
 
 template <class Config>
@@ -71,6 +56,8 @@ class NavSystem {
   const Estimator<Config>& estimator() const { return estimator_; }
   const OutputPredictor& predictor() const { return predictor_; }
   const NavSystemCounters& counters() const { return counters_; }
+  /// Totals of every part, as of the last tick.
+  HealthRecord health() const;
 
  private:
   void add_samples(const InputFrame& input);

@@ -1,5 +1,6 @@
 #include "fsw/app/parameters.h"
 
+#include <algorithm>
 #include <array>
 
 namespace plumb {
@@ -116,10 +117,33 @@ constexpr std::array kRows{
 };
 static_assert(param_names_unique<Parameters>(kRows), "two parameters share a name");
 
+static_assert(kRows.size() <= kMaxParams, "params_t in session.lcm has no room for so many parameters");
+
+constexpr bool names_fit() {
+  for (const Row& row : kRows) {
+    if (row.name.size() > kMaxParamName) return false;
+  }
+  return true;
+}
+static_assert(names_fit(), "a parameter's name is too long for params_t in session.lcm");
+
 constexpr ParamTable<Parameters> kTable{kRows};
 
 }  // namespace
 
 const ParamTable<Parameters>& parameter_table() { return kTable; }
+
+ParamsRecord params_record(const Parameters& parameters, std::string_view configuration) {
+  ParamsRecord record;
+  PLUMB_ASSERT(configuration.size() <= kMaxConfigName);
+  std::copy(configuration.begin(), configuration.end(), record.configuration.begin());
+  for (const Row& row : kRows) {
+    ParamValue value{.value = row.get(parameters)};
+    std::copy(row.name.begin(), row.name.end(), value.name.begin());
+    const Status added = record.values.push_back(value);
+    PLUMB_ASSERT(ok(added));  // the table was measured against the record when it was compiled
+  }
+  return record;
+}
 
 }  // namespace plumb

@@ -4,6 +4,7 @@
 
 #include "fsw/estimator/options.h"
 #include "fsw/params/param_table.h"
+#include "fsw/telemetry/messages.h"
 #include "fsw/vision/tracker_options.h"
 
 namespace plumb {
@@ -15,5 +16,8 @@ struct Parameters {
 
 /// Name, unit, range, default and meaning of each option.
 const ParamTable<Parameters>& parameter_table();
+
+/// Every parameter in force, for the log.
+ParamsRecord params_record(const Parameters& parameters, std::string_view configuration);
 
 }  // namespace plumb
