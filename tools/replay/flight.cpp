@@ -55,6 +55,10 @@ class Flight {
       for (FlightListener* listener : listeners) listener->on_predicted(state);
     }
     if (done.image_processed) finish_image(done, cost, listeners);
+    if (tick.input.t >= t_next_health_) {
+      t_next_health_ = tick.input.t + kHealthPeriod;
+      for (FlightListener* listener : listeners) listener->on_health(system_.health());
+    }
   }
 
   FlightTotals totals() const {
@@ -92,27 +96,30 @@ class Flight {
   }
 
   void finish_image(const NavTick& done, const StageCost& cost, const std::vector<FlightListener*>& listeners) {
-    const ImageRecord record{.t = done.t_image,
-                             .sequence = done.image_sequence,
-                             .state = system_.estimator().state(),
-                             .report = system_.estimator().report(),
-                             .state_hash = system_.estimator().state_hash(),
+    const ImageRecord record{.nav = {.state = system_.estimator().state(),
+                                     .report = system_.estimator().report(),
+                                     .t_image = done.t_image,
+                                     .sequence = done.image_sequence,
+                                     .state_hash = system_.estimator().state_hash()},
                              .meter = meter_,
                              .step = cost};
     ++totals_.images_processed;
-    if (record.state.valid) {
+    if (record.nav.state.valid) {
       ++totals_.images_valid;
-      if (totals_.t_first_valid == Time::never()) totals_.t_first_valid = record.t;
+      if (totals_.t_first_valid == Time::never()) totals_.t_first_valid = record.nav.t_image;
     }
-    totals_.run_hash = fnv1a(totals_.run_hash, static_cast<std::uint64_t>(record.t.ns()));
-    totals_.run_hash = fnv1a(totals_.run_hash, record.state_hash);
+    totals_.run_hash = fnv1a(totals_.run_hash, static_cast<std::uint64_t>(record.nav.t_image.ns()));
+    totals_.run_hash = fnv1a(totals_.run_hash, record.nav.state_hash);
     totals_.front_end_ms.push_back(static_cast<double>(meter_.cost(Stage::kFrontEnd).cpu_ns) * 1e-6);
     totals_.filter_ms.push_back(static_cast<double>(meter_.filter().cpu_ns) * 1e-6);
     totals_.front_end_heap_calls += meter_.cost(Stage::kFrontEnd).heap_calls;
     totals_.filter_heap_calls += meter_.filter().heap_calls;
-    for (FlightListener* listener : listeners) listener->on_image(record, system_.estimator().counters());
+    for (FlightListener* listener : listeners) listener->on_image(record);
   }
 
+  static constexpr Duration kHealthPeriod = Duration::from_ms(1000);
+
+  Time t_next_health_ = Time::never();
   StageMeter meter_;
   ImageTracker& tracker_;
   NavSystem<Config>& system_;

@@ -25,7 +25,8 @@ class FlightListener {
   virtual ~FlightListener() = default;
   virtual void on_input(const Tick&) {}
   virtual void on_predicted(const PredictedState&) {}
-  virtual void on_image(const ImageRecord&, const EstimatorCounters&) {}
+  virtual void on_image(const ImageRecord&) {}
+  virtual void on_health(const HealthRecord&) {}  ///< once per second of the recording
 };
 
 struct FlightOptions {

@@ -2,6 +2,7 @@
 // 130 interrupted.
 
 #include <CLI/CLI.hpp>
+#include <cinttypes>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -13,9 +14,13 @@
 #include "fsw/base/assert.h"
 #include "tools/replay/asl_reader.h"
 #include "tools/replay/flight.h"
+#include "tools/replay/hash_check.h"
 #include "tools/replay/input_error.h"
+#include "tools/replay/live_telemetry.h"
+#include "tools/replay/log_reader.h"
 #include "tools/replay/outputs.h"
 #include "tools/replay/progress.h"
+#include "tools/replay/recorder.h"
 #include "tools/replay/summary.h"
 
 namespace plumb::replay {
@@ -35,6 +40,9 @@ void print_assertion(const AssertSite& site) {
 
 struct Arguments {
   std::string asl;
+  std::string log;
+  std::string lcm_url;
+  std::string record;
   std::string parameters;
   std::string out;
   bool no_range = false;
@@ -54,7 +62,9 @@ void list_parameters() {
 
 void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--asl", arguments.asl, "recording in the ASL (EuRoC) layout: the folder that holds mav0");
-  app.add_option("--config", arguments.flight.config_name, "compile-time sizes: paper or flight (default flight)")
+  app.add_option("--log", arguments.log, "recording as an LCM event log, as written by --record");
+  app.add_option("--config", arguments.flight.config_name,
+                 "compile-time sizes: paper or flight (default: what the log was flown with, else flight)")
       ->check(CLI::IsMember(config_names()));
   app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml");
   app.add_flag("--no-range", arguments.no_range, "leave the range finder out");
@@ -62,6 +72,8 @@ void declare(CLI::App& app, Arguments& arguments) {
                "start from the recording's truth at the first image (comparisons only)");
   app.add_flag("--realtime", arguments.flight.realtime, "as fast as it was recorded instead of as fast as possible");
   app.add_option("--out", arguments.out, "folder for trajectory.tum, states.csv, summary.json and others");
+  app.add_option("--record", arguments.record, "write an LCM event log that --log flies again, bit by bit");
+  app.add_option("--lcm", arguments.lcm_url, "publish over LCM, for example udpm://239.255.76.67:7667?ttl=0");
   app.add_flag("--list-params", arguments.list_parameters, "print every parameter with default, range and unit");
 }
 
@@ -70,37 +82,64 @@ class OutputListener final : public FlightListener {
  public:
   explicit OutputListener(Outputs& outputs) : outputs_(outputs) {}
   void on_predicted(const PredictedState& state) override { outputs_.add_predicted(state); }
-  void on_image(const ImageRecord& record, const EstimatorCounters&) override { outputs_.add_image(record); }
+  void on_image(const ImageRecord& record) override { outputs_.add_image(record); }
 
  private:
   Outputs& outputs_;
 };
 
-void replay(Arguments& arguments) {
-  if (arguments.asl.empty()) throw InputError("--asl DIR is needed");
-  const std::unique_ptr<Source> source =
-      open_asl({.folder = arguments.asl, .parameters = arguments.parameters, .use_range = !arguments.no_range});
-  const Session& session = source->session();
-  if (arguments.flight.config_name.empty()) arguments.flight.config_name = FlightConfig::kName;
+std::unique_ptr<Source> open_source(const Arguments& arguments) {
+  if (arguments.asl.empty() == arguments.log.empty()) {
+    throw InputError("expected a recording: either --asl DIR or --log FILE (see --help)");
+  }
+  if (!arguments.asl.empty()) {
+    return open_asl({.folder = arguments.asl, .parameters = arguments.parameters, .use_range = !arguments.no_range});
+  }
+  return open_log({.file = arguments.log, .parameters = arguments.parameters, .use_range = !arguments.no_range});
+}
 
+std::string choose_config(const Arguments& arguments, const Session& session) {
+  if (!arguments.flight.config_name.empty()) return arguments.flight.config_name;
+  return session.config_name.empty() ? FlightConfig::kName : session.config_name;
+}
+
+void replay(Arguments& arguments) {
+  const std::unique_ptr<Source> source = open_source(arguments);
+  const Session& session = source->session();
+  FlightOptions& options = arguments.flight;
+  options.config_name = choose_config(arguments, session);
+
+  std::vector<FlightListener*> listeners;
+  std::optional<Recorder> recorder;  // first in the list: inputs are logged before they are used
+  if (!arguments.record.empty()) {
+    listeners.push_back(&recorder.emplace(arguments.record, session, options.config_name));
+  }
   std::optional<Outputs> outputs;
   std::optional<OutputListener> output_listener;
-  std::vector<FlightListener*> listeners;
   if (!arguments.out.empty()) {
     outputs.emplace(arguments.out);
     listeners.push_back(&output_listener.emplace(*outputs));
   }
+  std::optional<LiveTelemetry> telemetry;
+  if (!arguments.lcm_url.empty()) listeners.push_back(&telemetry.emplace(arguments.lcm_url));
+  HashCheck hashes(session);
+  listeners.push_back(&hashes);
   FlightTotals totals;
   {
     Progress progress(session.images);
     listeners.push_back(&progress);
-    totals = fly(*source, arguments.flight, listeners);
+    totals = fly(*source, options, listeners);
   }
+  if (recorder) recorder->commit();
   if (outputs) {
-    outputs->set_summary(summary_json(session, arguments.flight, totals));
+    outputs->set_summary(summary_json(session, options, totals, hashes));
     outputs->commit();
   }
-  print_summary(session, arguments.flight, totals);
+  print_summary(session, options, totals, hashes);
+  if (telemetry && telemetry->lost() > 0) {
+    std::fprintf(stderr, "plumb-replay: LCM refused %" PRIu64 " of %" PRIu64 " messages\n", telemetry->lost(),
+                 telemetry->lost() + telemetry->sent());
+  }
 }
 
 int run(int argc, char** argv) {

@@ -27,6 +27,12 @@ constexpr const char* kErrorNames[kNavErrorSize] = {"px", "py",  "pz",  "vx",  "
 
 }  // namespace
 
+TimingRecord timing_record(const ImageRecord& record) {
+  TimingRecord timing{.t_image = record.nav.t_image, .sequence = record.nav.sequence, .step_ns = record.step.cpu_ns};
+  for (std::size_t i = 0; i < kStageCount; ++i) timing.stage_ns[i] = record.meter.cost(static_cast<Stage>(i)).cpu_ns;
+  return timing;
+}
+
 Outputs::Outputs(const std::filesystem::path& folder)
     : trajectory_(folder / "trajectory.tum"),
       trajectory_imu_(folder / "trajectory_imu.tum"),
@@ -65,12 +71,12 @@ void Outputs::write_headers() {
 void Outputs::add_image(const ImageRecord& record) {
   write_state_row(record);
   write_timing_row(record);
-  if (!record.state.valid) return;
-  print_tum(trajectory_.stream(), record.t, record.state.p_WI_m, record.state.q_WI);
-  std::fprintf(covariance_.stream(), "%" PRId64, record.t.ns());
+  if (!record.nav.state.valid) return;
+  print_tum(trajectory_.stream(), record.nav.t_image, record.nav.state.p_WI_m, record.nav.state.q_WI);
+  std::fprintf(covariance_.stream(), "%" PRId64, record.nav.t_image.ns());
   for (std::size_t r = 0; r < kNavErrorSize; ++r) {
     for (std::size_t c = r; c < kNavErrorSize; ++c) {
-      print_value(covariance_.stream(), record.state.covariance[r * kNavErrorSize + c]);
+      print_value(covariance_.stream(), record.nav.state.covariance[r * kNavErrorSize + c]);
     }
   }
   std::fprintf(covariance_.stream(), "\n");
@@ -82,9 +88,9 @@ void Outputs::add_predicted(const PredictedState& state) {
 
 void Outputs::write_state_row(const ImageRecord& record) {
   std::FILE* stream = states_.stream();
-  const NavState& state = record.state;
-  std::fprintf(stream, "%" PRId64 ",%" PRIu32 ",%d,%d,%" PRIu32, record.t.ns(), record.sequence, state.valid ? 1 : 0,
-               static_cast<int>(state.mode), state.reset_count);
+  const NavState& state = record.nav.state;
+  std::fprintf(stream, "%" PRId64 ",%" PRIu32 ",%d,%d,%" PRIu32, record.nav.t_image.ns(), record.nav.sequence,
+               state.valid ? 1 : 0, static_cast<int>(state.mode), state.reset_count);
   // An invalid state has no numbers: nan keeps anyone from plotting them.
   const auto print_all = [stream, &state](const auto& values) {
     for (const double value : values) print_value(stream, state.valid ? value : std::nan(""));
@@ -97,14 +103,14 @@ void Outputs::write_state_row(const ImageRecord& record) {
   std::array<double, kNavErrorSize> sigma{};
   for (std::size_t i = 0; i < kNavErrorSize; ++i) sigma[i] = std::sqrt(state.covariance[i * (kNavErrorSize + 1)]);
   print_all(sigma);
-  for_each_field(record.report, [stream](const char*, auto value) { print_value(stream, value); });
-  std::fprintf(stream, ",%016" PRIx64 "\n", record.state_hash);
+  for_each_field(record.nav.report, [stream](const char*, auto value) { print_value(stream, value); });
+  std::fprintf(stream, ",%016" PRIx64 "\n", record.nav.state_hash);
 }
 
 void Outputs::write_timing_row(const ImageRecord& record) {
   std::FILE* stream = timing_.stream();
   const auto print_us = [stream](std::int64_t ns) { std::fprintf(stream, ",%.3f", static_cast<double>(ns) * 1e-3); };
-  std::fprintf(stream, "%" PRId64 ",%" PRIu32, record.t.ns(), record.sequence);
+  std::fprintf(stream, "%" PRId64 ",%" PRIu32, record.nav.t_image.ns(), record.nav.sequence);
   for (std::size_t i = 0; i < kStageCount; ++i) print_us(record.meter.cost(static_cast<Stage>(i)).cpu_ns);
   print_us(record.meter.filter().cpu_ns);
   print_us(record.step.cpu_ns);

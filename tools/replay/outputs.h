@@ -2,14 +2,10 @@
 // The files of a replay: trajectories, one row of states and of costs per image, the summary. Nothing carries its final
 // name before commit().
 
-#include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
-#include <vector>
 
-#include "fsw/app/nav_system.h"
-#include "fsw/estimator/report.h"
+#include "fsw/telemetry/messages.h"
 #include "tools/replay/pending_file.h"
 #include "tools/replay/stage_meter.h"
 
@@ -17,14 +13,13 @@ namespace plumb::replay {
 
 /// One processed image.
 struct ImageRecord {
-  Time t;
-  std::uint32_t sequence = 0;
-  NavState state;
-  FrameReport report;
-  std::uint64_t state_hash = 0;
+  NavStateRecord nav;
   StageMeter meter;
   StageCost step;  ///< of the whole step() call, front end included
 };
+
+/// The costs of an image as telemetry.
+TimingRecord timing_record(const ImageRecord& record);
 
 class Outputs {
  public:

@@ -22,7 +22,7 @@ Progress::~Progress() {
   if (terminal_ && done_ > 0) std::fputc('\n', stderr);  // whatever comes next starts on its own line
 }
 
-void Progress::on_image(const ImageRecord&, const EstimatorCounters&) {
+void Progress::on_image(const ImageRecord&) {
   ++done_;
   const auto now = std::chrono::steady_clock::now();
   const double elapsed_s = std::chrono::duration<double>(now - started_).count();

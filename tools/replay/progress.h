@@ -15,7 +15,7 @@ class Progress final : public FlightListener {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void on_image(const ImageRecord& record, const EstimatorCounters& counters) override;
+  void on_image(const ImageRecord& record) override;
 
  private:
   void draw(double fraction, double images_per_s);

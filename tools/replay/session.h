@@ -2,7 +2,8 @@
 // What a replay needs to know before its first tick, whatever it is read from, and the stream of ticks itself.
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ struct Session {
   std::size_t ranges = 0;
   Time t_first_image;
   Time t_last_image;
-  std::vector<NavState> truth;  ///< without covariance; empty when there is none
+  std::vector<NavState> truth;                             ///< without covariance; empty when there is none
+  std::map<std::uint32_t, std::uint64_t> recorded_hashes;  ///< state hash by image sequence, if the source has them
 };
 
 /// One tick with the pixels of its camera frame. The pixels live until the next call of next().

@@ -83,7 +83,8 @@ Json heap_json(const FlightTotals& totals) {
 
 }  // namespace
 
-std::string summary_json(const Session& session, const FlightOptions& options, const FlightTotals& totals) {
+std::string summary_json(const Session& session, const FlightOptions& options, const FlightTotals& totals,
+                         const HashCheck& hashes) {
   Json json;
   json["source"] = session.source;
   json["configuration"] = options.config_name;
@@ -98,6 +99,9 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
       totals.images_valid > 0 ? Json((totals.t_first_valid - session.t_first_image).seconds()) : Json(nullptr);
   json["predicted_states"] = totals.predicted;
   json["run_hash"] = hex(totals.run_hash);
+  if (hashes.compared() > 0) {
+    json["recorded_hashes"] = {{"compared", hashes.compared()}, {"different", hashes.different()}};
+  }
   json["cpu_ms"] = {{"front_end", to_json(distribution_of(totals.front_end_ms))},
                     {"filter", to_json(distribution_of(totals.filter_ms))}};
   json["wall_s"] = totals.wall_s;
@@ -108,9 +112,16 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
   return json.dump(2) + "\n";
 }
 
-void print_summary(const Session& session, const FlightOptions& options, const FlightTotals& totals) {
+void print_summary(const Session& session, const FlightOptions& options, const FlightTotals& totals,
+                   const HashCheck& hashes) {
   const EstimatorCounters& c = totals.estimator;
   std::printf("configuration   %s, run hash %s\n", options.config_name.c_str(), hex(totals.run_hash).c_str());
+  if (hashes.first_different()) {
+    std::printf("recorded hashes %" PRIu64 " of %" PRIu64 " differ, first at image %" PRIu32 "\n", hashes.different(),
+                hashes.compared(), *hashes.first_different());
+  } else if (hashes.compared() > 0) {
+    std::printf("recorded hashes %" PRIu64 ", all equal\n", hashes.compared());
+  }
   std::printf("images          %zu, processed %" PRIu64 ", with a state %" PRIu64 " (%.1f %%)\n", session.images,
               totals.images_processed, totals.images_valid, 100.0 * coverage(session, totals));
   if (totals.images_valid > 0) {

@@ -1,0 +1,28 @@
+#include "tools/replay/live_telemetry.h"
+
+#include "tools/replay/input_error.h"
+
+namespace plumb::replay {
+namespace {
+
+std::unique_ptr<LcmSink> open_sink(const std::string& url) {
+  std::string error;
+  std::unique_ptr<LcmSink> sink = LcmSink::open(url, error);
+  if (sink == nullptr) throw InputError("--lcm: " + error);
+  return sink;
+}
+
+}  // namespace
+
+LiveTelemetry::LiveTelemetry(const std::string& url) : sink_(open_sink(url)), publisher_(*sink_) {}
+
+void LiveTelemetry::on_predicted(const PredictedState& state) { publisher_.publish(channel::kNavOutput, state); }
+
+void LiveTelemetry::on_image(const ImageRecord& record) {
+  publisher_.publish(channel::kNavState, record.nav);
+  publisher_.publish(channel::kTiming, timing_record(record));
+}
+
+void LiveTelemetry::on_health(const HealthRecord& record) { publisher_.publish(channel::kNavHealth, record); }
+
+}  // namespace plumb::replay
