@@ -105,6 +105,8 @@ constexpr std::array kRows{
     tracker<&TrackerOptions::window_px>("tracker.window", "px", 5, 41, "odd side of the tracked patch"),
     tracker<&TrackerOptions::levels>("tracker.levels", "1", 1, TrackerOptions::kMaxPyramidLevels,
                                      "pyramid levels including the full image"),
+    tracker<&TrackerOptions::backward_levels>("tracker.backward_levels", "1", 1, TrackerOptions::kMaxPyramidLevels,
+                                              "pyramid levels of the forward-backward check"),
     tracker<&TrackerOptions::max_iterations>("tracker.max_iterations", "1", 1, 100, "Lucas-Kanade steps per level"),
     tracker<&TrackerOptions::epsilon_px>("tracker.epsilon", "px", 1e-6, 10.0, "a smaller step ends the iteration"),
     tracker<&TrackerOptions::min_eigenvalue>("tracker.min_eigenvalue", "1", 1e-12, 1e6,
@@ -113,6 +115,10 @@ constexpr std::array kRows{
                                                   "tracking back must return this close"),
     tracker<&TrackerOptions::max_residual>("tracker.max_residual", "grey levels", 0.1, 255.0,
                                            "mean absolute difference of the patch"),
+    tracker<&TrackerOptions::min_similarity>("tracker.min_similarity", "1", -1.0, 1.0,
+                                             "correlation with its own patch below which a feature takes a new one"),
+    tracker<&TrackerOptions::max_correction_px>("tracker.max_correction", "px", 0.0, 100.0,
+                                                "between flow and patch alignment, above which likewise"),
     tracker<&TrackerOptions::outlier_px>("tracker.outlier", "px", 1e-3, 100.0, "distance to the epipolar line"),
 };
 static_assert(param_names_unique<Parameters>(kRows), "two parameters share a name");
