@@ -11,9 +11,10 @@ namespace tracker_detail {
 inline constexpr std::int32_t kFirstThreshold = 20;  // grey levels; the usual FAST setting, adapted from there
 inline constexpr int kMaxSearchPasses = 3;           // 20, 10, 5: enough to find the level of a dark tile at once
 inline constexpr std::int32_t kManyCorners = 4 * static_cast<std::int32_t>(kCornersPerTile);
-inline constexpr double kMaxIntervalRatio = 3.0;  // further extrapolation does more harm than good
-inline constexpr double kCrowdedShare = 0.35;     // of the minimum distance: two tracks that close are one
-inline constexpr double kMinForward = 0.05;       // cosine of the field angle beyond which z = 1 is useless
+inline constexpr double kMaxIntervalRatio = 3.0;    // further extrapolation does more harm than good
+inline constexpr double kCrowdedShare = 0.35;       // of the minimum distance: two tracks that close are one
+inline constexpr std::int32_t kBirthMargin_px = 1;  // a feature born on the border would be lost to the first rounding
+inline constexpr double kMinForward = 0.05;         // cosine of the field angle beyond which z = 1 is useless
 
 inline RansacOptions ransac_options(const CameraModel& camera, const TrackerOptions& options) {
   RansacOptions ransac;
@@ -30,7 +31,8 @@ FeatureTracker<MaxTracks, Kernels>::FeatureTracker(const CameraCalibration& cali
       options_(options),
       kernels_(calibration, options),
       ransac_(tracker_detail::ransac_options(camera_, options)),
-      tiles_(calibration.width, calibration.height, options.tile_columns, options.tile_rows, options.border_px),
+      tiles_(calibration.width, calibration.height, options.tile_columns, options.tile_rows,
+             options.border_px + tracker_detail::kBirthMargin_px),
       mask_(calibration.width, calibration.height, options.min_distance_px) {
   PLUMB_ASSERT(ok(TrackerOptions::check(options, calibration, MaxTracks)));
   reset();

@@ -13,10 +13,12 @@ using Mat5 = Eigen::Matrix<double, 5, 5>;
 constexpr std::size_t kMinMatches = 8;  // below this five unknowns and an outlier cannot be told apart
 constexpr int kIterations = 60;         // half outliers: a pair of inliers is missed with probability 3e-8
 constexpr int kRotationIterations = 8;  // reweighted steps from identity
-constexpr int kRefineIterations = 5;
-constexpr double kMinInlierShare = 0.5;         // less agreement than this is a failure of the model, not of the tracks
-constexpr double kRotationFitScale_rad = 5e-3;  // flow that counts half in the rotation fit
-constexpr double kEpipoleFloor = 1e-6;          // squared sine to the epipole under which a match says nothing
+constexpr int kRefineIterations = 6;
+constexpr double kMinInlierShare = 0.5;   // less agreement than this is a failure of the model, not of the tracks
+constexpr double kBlindScale_rad = 0.05;  // flow between images that counts when nothing is known of the rotation
+constexpr double kScaleDecay = 0.6;       // of the robust scale, from one reweighting to the next
+constexpr double kTurnShare = 0.9;        // of the inliers: when turning alone explains that many, it is all there was
+constexpr double kEpipoleFloor = 1e-6;    // squared sine to the epipole under which a match says nothing
 constexpr double kTiny = 1e-24;
 
 /// Two unit vectors that span the plane normal to the unit vector v.
@@ -26,29 +28,46 @@ void tangent_basis(const Vec3& v, Vec3& e1, Vec3& e2) {
   e2 = v.cross(e1);
 }
 
-/// Squared sine of the angle between b2 and the epipolar plane, limited so that it is finite at the epipole.
-double squared_distance(const Vec3& direction, const Vec3& derotated, const Vec3& normal) {
-  const double e = direction.dot(normal);
+/// Geman-McClure: what is far beyond the scale has no say.
+double robust_weight(double squared_error, double scale) {
+  const double cauchy = 1.0 / (1.0 + squared_error / (scale * scale));
+  return cauchy * cauchy;
+}
+
+/// What a match says of a direction t, to first order in the flow. Points ahead of both cameras can only move towards
+/// t, so that flow away from t is as wrong as flow across the epipolar plane.
+struct Residual {
+  double across = 0.0;        ///< t . n
+  double along = 0.0;         ///< t . flow
+  double squared_sine = 1.0;  ///< of the angle to the epipole, limited so that the distance is finite there
+};
+
+Residual residual(const Vec3& direction, const Vec3& derotated, const Vec3& normal, const Vec3& flow) {
   const double cosine = direction.dot(derotated);
-  return e * e / std::fmax(1.0 - cosine * cosine, kEpipoleFloor);
+  return {direction.dot(normal), direction.dot(flow), std::fmax(1.0 - cosine * cosine, kEpipoleFloor)};
 }
 
 }  // namespace
 
-Quat TwoViewRansac::fit_rotation(std::span<const BearingMatch> matches) const {
-  Quat q = Quat::Identity();
+// Robust least squares on the flow that is left. The scale of the robust weight shrinks to the threshold, so that first
+// everything has a say and in the end only what turns with the camera.
+Quat TwoViewRansac::fit_rotation(std::span<const BearingMatch> matches, const Quat& q_start, double scale_rad) const {
+  Quat q = q_start;
   for (int iteration = 0; iteration < kRotationIterations; ++iteration) {
     Mat3 information = Mat3::Identity() * kTiny;
     Vec3 gradient = Vec3::Zero();
     for (const BearingMatch& match : matches) {
       const Vec3 b = q * match.previous_C1;
       const Vec3 error = match.current_C2 - b;
-      const double weight = 1.0 / (1.0 + error.squaredNorm() / (kRotationFitScale_rad * kRotationFitScale_rad));
+      const double weight = robust_weight(error.squaredNorm(), scale_rad);
       const Mat3 jacobian = -skew(b);  // Exp(d) b = b + d x b
       information += weight * jacobian.transpose() * jacobian;
       gradient += weight * jacobian.transpose() * error;
     }
-    q = (so3_exp(information.ldlt().solve(gradient)) * q).normalized();
+    const Vec3 step = information.ldlt().solve(gradient);
+    if (!step.allFinite()) return q_start;
+    q = (so3_exp(step) * q).normalized();
+    scale_rad = std::fmax(kScaleDecay * scale_rad, options_.threshold_rad);
   }
   return q;
 }
@@ -58,18 +77,33 @@ void TwoViewRansac::derotate(std::span<const BearingMatch> matches, const Quat& 
   count_ = matches.size();
   for (std::size_t i = 0; i < count_; ++i) {
     derotated_[i] = rotation * matches[i].previous_C1;
+    flow_[i] = matches[i].current_C2 - derotated_[i];
     normal_[i] = derotated_[i].cross(matches[i].current_C2);
   }
 }
 
-// Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins.
-double TwoViewRansac::cost_of(const Vec3& direction, double threshold_rad) const {
+double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) const {
+  const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
+  const double backward = std::fmin(r.along, 0.0);
+  return (r.across * r.across + backward * backward) / r.squared_sine;
+}
+
+// Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
+// round where that is better.
+double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad) const {
   const double limit = threshold_rad * threshold_rad;
-  double cost = 0.0;
+  double towards = 0.0;
+  double away = 0.0;
   for (std::size_t i = 0; i < count_; ++i) {
-    cost += std::fmin(squared_distance(direction, derotated_[i], normal_[i]), limit);
+    const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
+    const double across = r.across * r.across / r.squared_sine;
+    const double both = across + r.along * r.along / r.squared_sine;
+    towards += std::fmin(r.along < 0.0 ? both : across, limit);
+    away += std::fmin(r.along > 0.0 ? both : across, limit);
   }
-  return cost;
+  if (towards <= away) return towards;
+  direction = -direction;
+  return away;
 }
 
 void TwoViewRansac::search(double threshold_rad, Model& best) {
@@ -81,7 +115,7 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
     const Vec3 direction = normal_[i].cross(normal_[j]);
     const double norm2 = direction.squaredNorm();
     if (!(norm2 > kTiny)) continue;
-    const Vec3 unit = direction / std::sqrt(norm2);
+    Vec3 unit = direction / std::sqrt(norm2);
     const double cost = cost_of(unit, threshold_rad);
     if (cost < best.cost) {
       best.cost = cost;
@@ -90,13 +124,13 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
   }
 }
 
-// Minimises sum rho(t . (Exp(d) b1' x b2) / |t x b1'|) + |d|^2 / sigma^2 over the small rotation d and the unit vector
-// t.
-void TwoViewRansac::refine(std::span<const BearingMatch> matches, const Quat& q_C2C1, double sigma_rad,
-                           double scale_rad, Model& model) const {
-  const double prior = (scale_rad / sigma_rad) * (scale_rad / sigma_rad);
+// Minimises sum rho(distance of b2 to where Exp(d) b1' can move along t) + |d|^2 / sigma^2 over the small rotation d
+// and the unit vector t.
+void TwoViewRansac::refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad,
+                           Model& model) const {
+  const double prior = (options_.threshold_rad / sigma_rad) * (options_.threshold_rad / sigma_rad);
   for (int iteration = 0; iteration < kRefineIterations; ++iteration) {
-    const Mat3 rotation = (model.q_correction * q_C2C1).toRotationMatrix();
+    const Mat3 rotation = (model.q_correction * model.q_start).toRotationMatrix();
     Vec3 e1;
     Vec3 e2;
     tangent_basis(model.direction, e1, e2);
@@ -104,17 +138,23 @@ void TwoViewRansac::refine(std::span<const BearingMatch> matches, const Quat& q_
     Vec5 gradient = Vec5::Zero();
     for (const BearingMatch& match : matches) {
       const Vec3 b1 = rotation * match.previous_C1;
+      const Vec3 flow = match.current_C2 - b1;
       const Vec3 normal = b1.cross(match.current_C2);
-      const double cosine = model.direction.dot(b1);
-      const double inverse = 1.0 / std::sqrt(std::fmax(1.0 - cosine * cosine, kEpipoleFloor));
-      const double error = model.direction.dot(normal) * inverse;
-      const double weight = 1.0 / (1.0 + error * error / (scale_rad * scale_rad));
-      // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t))
+      const Residual r = residual(model.direction, b1, normal, flow);
+      const double inverse = 1.0 / std::sqrt(r.squared_sine);
+      const double across = r.across * inverse;
+      const double backward = std::fmin(r.along, 0.0) * inverse;
+      const double weight = robust_weight(across * across + backward * backward, scale_rad);
+      // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow - d . (b1 x t)
       Vec5 jacobian;
       jacobian << b1.cross(match.current_C2.cross(model.direction)) * inverse, e1.dot(normal) * inverse,
           e2.dot(normal) * inverse;
-      information.noalias() += weight * weight * jacobian * jacobian.transpose();
-      gradient -= weight * weight * error * jacobian;
+      information.noalias() += weight * jacobian * jacobian.transpose();
+      gradient -= weight * across * jacobian;
+      if (backward >= 0.0) continue;
+      jacobian << -b1.cross(model.direction) * inverse, e1.dot(flow) * inverse, e2.dot(flow) * inverse;
+      information.noalias() += weight * jacobian * jacobian.transpose();
+      gradient -= weight * backward * jacobian;
     }
     information.topLeftCorner<3, 3>().diagonal().array() += prior;
     gradient.head<3>() -= prior * so3_log(model.q_correction);
@@ -122,28 +162,45 @@ void TwoViewRansac::refine(std::span<const BearingMatch> matches, const Quat& q_
     if (!step.allFinite()) return;
     model.q_correction = (so3_exp(step.head<3>()) * model.q_correction).normalized();
     model.direction = (model.direction + step[3] * e1 + step[4] * e2).normalized();
+    scale_rad = std::fmax(kScaleDecay * scale_rad, options_.threshold_rad);
   }
 }
 
-// A match is an outlier too when its point would lie behind the cameras: it moved against the direction in which most
-// points move by more than the threshold.
-void TwoViewRansac::judge(std::span<const BearingMatch> matches, Model& model, Outcome& out) const {
+void TwoViewRansac::judge(const Vec3& direction, Outcome& out) const {
   const double limit = options_.threshold_rad * options_.threshold_rad;
-  double forward = 0.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (squared_distance(model.direction, derotated_[i], normal_[i]) > limit) continue;
-    forward += (matches[i].current_C2 - derotated_[i]).dot(model.direction);
-  }
-  if (forward < 0.0) model.direction = -model.direction;
   out.inliers = 0;
   for (std::size_t i = 0; i < count_; ++i) {
-    const Vec3 flow = matches[i].current_C2 - derotated_[i];
-    const Vec3 away = model.direction - model.direction.dot(derotated_[i]) * derotated_[i];
-    const double advance = flow.dot(away);  // times |away|, which the limit below carries too
-    const bool behind = advance < 0.0 && advance * advance > limit * away.squaredNorm();
-    out.inlier[i] = !behind && squared_distance(model.direction, derotated_[i], normal_[i]) <= limit;
+    out.inlier[i] = squared_distance(direction, i) <= limit;
     if (out.inlier[i]) ++out.inliers;
   }
+}
+
+TwoViewRansac::Model TwoViewRansac::solve(std::span<const BearingMatch> matches, const Quat& q_start,
+                                          double sigma_rad) {
+  const double wide_rad = options_.threshold_rad + options_.rotation_sigma_rad;
+  Model model;
+  model.q_start = q_start;
+  derotate(matches, q_start);
+  search(wide_rad, model);
+  refine(matches, sigma_rad, wide_rad, model);
+  derotate(matches, (model.q_correction * q_start).normalized());
+  search(options_.threshold_rad, model);
+  refine(matches, sigma_rad, options_.threshold_rad, model);
+  derotate(matches, (model.q_correction * q_start).normalized());
+  model.cost = cost_of(model.direction, options_.threshold_rad);
+  return model;
+}
+
+// Without parallax the direction is arbitrary, and so is the part of the rotation that looks like it. The rotation that
+// explains the matches alone is then the better one.
+void TwoViewRansac::prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn,
+                                         Outcome& out) const {
+  const double limit = options_.threshold_rad * options_.threshold_rad;
+  std::size_t turning = 0;
+  for (const BearingMatch& match : matches) {
+    if ((q_turn * match.previous_C1 - match.current_C2).squaredNorm() <= limit) ++turning;
+  }
+  if (static_cast<double>(turning) >= kTurnShare * static_cast<double>(out.inliers)) out.q_C2C1 = q_turn;
 }
 
 Status TwoViewRansac::reject(std::span<const BearingMatch> matches, const Quat* q_C2C1, Outcome& out) {
@@ -159,25 +216,26 @@ Status TwoViewRansac::reject(std::span<const BearingMatch> matches, const Quat* 
   }
   if (matches.size() < kMinMatches) return Status::kOk;
 
-  const Quat q_given = q_C2C1 != nullptr ? q_C2C1->normalized() : fit_rotation(matches);
-  const double sigma_rad = q_C2C1 != nullptr ? options_.rotation_sigma_rad : options_.blind_rotation_sigma_rad;
-  const double wide_rad = options_.threshold_rad + options_.rotation_sigma_rad;
-  Model model;
-  derotate(matches, q_given);
-  search(wide_rad, model);
-  refine(matches, q_given, sigma_rad, options_.threshold_rad, model);
-  const Quat q_refined = (model.q_correction * q_given).normalized();
-  derotate(matches, q_refined);
-  search(options_.threshold_rad, model);
-  judge(matches, model, out);
+  const bool blind = q_C2C1 == nullptr;
+  const Quat q_given = blind ? fit_rotation(matches, Quat::Identity(), kBlindScale_rad) : q_C2C1->normalized();
+  const double sigma_rad = blind ? options_.blind_rotation_sigma_rad : options_.rotation_sigma_rad;
+  const Quat q_turn = fit_rotation(matches, q_given, options_.threshold_rad + options_.rotation_sigma_rad);
+  // With parallax the given rotation is the better start, without it the one that explains the most flow.
+  Model model = solve(matches, q_given, sigma_rad);
+  const Model from_turn = solve(matches, q_turn, sigma_rad);
+  if (from_turn.cost < model.cost) model = from_turn;
+  out.q_C2C1 = (model.q_correction * model.q_start).normalized();
+  derotate(matches, out.q_C2C1);
+  judge(model.direction, out);
   if (static_cast<double>(out.inliers) < kMinInlierShare * static_cast<double>(matches.size())) {
     out.inliers = matches.size();
     out.inlier.fill(true);
+    out.q_C2C1 = q_given;
     return Status::kOk;
   }
   out.judged = true;
-  out.q_C2C1 = q_refined;
   out.direction_C2 = model.direction;
+  prefer_turning_alone(matches, q_turn, out);
   return Status::kOk;
 }
 

@@ -78,22 +78,26 @@ class TwoViewRansac {
 
  private:
   struct Model {
-    Quat q_correction = Quat::Identity();
+    Quat q_start = Quat::Identity();       ///< C1 to C2, before the correction
+    Quat q_correction = Quat::Identity();  ///< in C2
     Vec3 direction = Vec3::UnitX();
     double cost = 0.0;
   };
-  Quat fit_rotation(std::span<const BearingMatch> matches) const;
+  Quat fit_rotation(std::span<const BearingMatch> matches, const Quat& q_start, double scale_rad) const;
+  void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
   void derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1);
-  double cost_of(const Vec3& direction, double threshold_rad) const;
+  double squared_distance(const Vec3& direction, std::size_t i) const;
+  double cost_of(Vec3& direction, double threshold_rad) const;
   void search(double threshold_rad, Model& best);
-  void refine(std::span<const BearingMatch> matches, const Quat& q_C2C1, double sigma_rad, double scale_rad,
-              Model& model) const;
-  void judge(std::span<const BearingMatch> matches, Model& model, Outcome& out) const;
+  void refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad, Model& model) const;
+  Model solve(std::span<const BearingMatch> matches, const Quat& q_start, double sigma_rad);
+  void judge(const Vec3& direction, Outcome& out) const;
 
   RansacOptions options_;
   Pcg32 generator_;
   std::size_t count_ = 0;
   std::array<Vec3, kMaxMatches> derotated_{};  ///< b1' in C2
+  std::array<Vec3, kMaxMatches> flow_{};       ///< b2 - b1'
   std::array<Vec3, kMaxMatches> normal_{};     ///< b1' x b2
 };
 

@@ -29,13 +29,16 @@ Status TrackerOptions::check(const TrackerOptions& options, const CameraCalibrat
   }
   if (!within(options.window_px, 5, kMaxWindow_px) || options.window_px % 2 == 0) return Status::kInvalidValue;
   if (!within(options.levels, 1, kMaxPyramidLevels)) return Status::kInvalidValue;
+  if (!within(options.backward_levels, 1, options.levels)) return Status::kInvalidValue;
   if (!within(options.max_iterations, 1, kMaxIterations)) return Status::kInvalidValue;
   if (!positive(options.epsilon_px) || !positive(options.min_eigenvalue)) return Status::kInvalidValue;
   if (!positive(options.forward_backward_px) || !positive(options.max_residual) || !positive(options.outlier_px)) {
     return Status::kInvalidValue;
   }
-  const std::int32_t inner_width_px = calibration.width - 2 * options.border_px;
-  const std::int32_t inner_height_px = calibration.height - 2 * options.border_px;
+  if (!(options.min_similarity > 0.0 && options.min_similarity < 1.0)) return Status::kInvalidValue;
+  if (!positive(options.max_correction_px)) return Status::kInvalidValue;
+  const std::int32_t inner_width_px = calibration.width - 2 * (options.border_px + 1);
+  const std::int32_t inner_height_px = calibration.height - 2 * (options.border_px + 1);
   if (inner_width_px < options.tile_columns || inner_height_px < options.tile_rows) return Status::kInvalidValue;
   if (inner_width_px < options.window_px || inner_height_px < options.window_px) return Status::kInvalidValue;
   return Status::kOk;
