@@ -24,7 +24,7 @@ constexpr double kTolerance = 2e-7;  // relative: what central differences of kS
 double relative(double error, double size) { return error / std::max(1.0, size); }
 
 struct VisualCase {
-  Vec3 point;
+  Vec3 point = Vec3::Zero();
   CameraPose camera, anchor;
   FeatureParameters feature;
 };

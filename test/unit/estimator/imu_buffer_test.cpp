@@ -1,0 +1,189 @@
+#include "fsw/estimator/imu_buffer.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "test/support/property.h"
+
+namespace plumb {
+namespace {
+
+const Vec3 kGyroOffset(0.1, -0.2, 0.3);
+const Vec3 kGyroSlope(0.5, 0.4, -0.7);
+const Vec3 kAccelOffset(1.0, 2.0, 9.8);
+const Vec3 kAccelSlope(-3.0, 0.2, 5.0);
+
+/// Gyro and accelerometer that are linear in time.
+ImuSample linear_sample(Time t) {
+  ImuSample s;
+  s.t = t;
+  Eigen::Map<Vec3>(s.gyro_rad_s.data()) = kGyroOffset + kGyroSlope * t.seconds();
+  Eigen::Map<Vec3>(s.accel_m_s2.data()) = kAccelOffset + kAccelSlope * t.seconds();
+  return s;
+}
+
+Time ms(double t) { return Time::from_ns(static_cast<std::int64_t>(t * 1e6)); }
+
+struct Interval {
+  InertialRates start, end;
+  double dt_s;
+};
+
+std::vector<Interval> intervals(const ImuBuffer& imu, Time from, Time to) {
+  std::vector<Interval> out;
+  imu.for_each_interval(from, to,
+                        [&](const InertialRates& a, const InertialRates& b, double dt) { out.push_back({a, b, dt}); });
+  return out;
+}
+
+void expect_linear(const InertialRates& rates, double t_s) {
+  EXPECT_LT((rates.gyro_rad_s - kGyroOffset - kGyroSlope * t_s).norm(), 1e-12);
+  EXPECT_LT((rates.accel_m_s2 - kAccelOffset - kAccelSlope * t_s).norm(), 1e-11);
+}
+
+/// Samples at uneven times, about `count` of them, a millisecond or so apart.
+std::unique_ptr<ImuBuffer> uneven_buffer(test::Generator& g, int count) {
+  auto imu = std::make_unique<ImuBuffer>();
+  Time t = ms(5.0);
+  for (int k = 0; k < count; ++k) {
+    EXPECT_EQ(imu->push(linear_sample(t)), Status::kOk);
+    t = t + Duration::from_us(g.integer(100, 3000));
+  }
+  return imu;
+}
+
+TEST(ImuBuffer, StartsEmpty) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  EXPECT_TRUE(imu->empty());
+  EXPECT_EQ(imu->oldest(), Time::never());
+  EXPECT_EQ(imu->newest(), Time::never());
+  EXPECT_FALSE(imu->spans(ms(0), ms(0)));
+  EXPECT_EQ(imu->statistics(ms(0), ms(1)).count, 0U);
+}
+
+TEST(ImuBuffer, RefusesWhatIsNotAfterTheNewest) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  EXPECT_EQ(imu->push(linear_sample(ms(10))), Status::kOk);
+  EXPECT_EQ(imu->push(linear_sample(ms(10))), Status::kOutOfOrder);
+  EXPECT_EQ(imu->push(linear_sample(ms(9))), Status::kOutOfOrder);
+  EXPECT_EQ(imu->size(), 1U);
+}
+
+TEST(ImuBuffer, WhenFullTheOldestMakesRoom) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  const std::size_t count = 2 * ImuBuffer::kCapacity + 321;
+  for (std::size_t k = 0; k < count; ++k) {
+    ASSERT_EQ(imu->push(linear_sample(ms(4.0 * static_cast<double>(k)))), Status::kOk);
+    ASSERT_EQ(imu->newest(), ms(4.0 * static_cast<double>(k)));
+    ASSERT_EQ(imu->size(), std::min(k + 1, ImuBuffer::kCapacity));
+  }
+  EXPECT_EQ(imu->oldest(), ms(4.0 * static_cast<double>(count - ImuBuffer::kCapacity)));
+  EXPECT_FALSE(imu->spans(imu->oldest() - Duration::from_ns(1), imu->newest()));
+  EXPECT_FALSE(imu->spans(imu->oldest(), imu->newest() + Duration::from_ns(1)));
+  // Across the seam of the ring the samples still stand in order.
+  const auto all = intervals(*imu, imu->oldest(), imu->newest());
+  ASSERT_EQ(all.size(), ImuBuffer::kCapacity - 1);
+  double t_s = imu->oldest().seconds();
+  for (const Interval& i : all) {
+    expect_linear(i.start, t_s);
+    t_s += i.dt_s;
+    expect_linear(i.end, t_s);
+  }
+}
+
+TEST(ImuBuffer, IntervalsAreContiguousAndCutExactly) {
+  test::for_all(100, [](test::Generator& g) {
+    const auto imu = uneven_buffer(g, 60);
+    const std::int64_t span = (imu->newest() - imu->oldest()).ns();
+    const Time a = imu->oldest() + Duration::from_ns(g.integer(0, span));
+    const Time b = imu->oldest() + Duration::from_ns(g.integer(0, span));
+    const Time from = std::min(a, b);
+    const Time to = std::max(a, b);
+    ASSERT_TRUE(imu->spans(from, to));
+    double t_s = from.seconds();
+    const auto all = intervals(*imu, from, to);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      EXPECT_GT(all[k].dt_s, 0.0);
+      EXPECT_LE(all[k].dt_s, 0.0031);
+      expect_linear(all[k].start, t_s);
+      t_s += all[k].dt_s;
+      expect_linear(all[k].end, t_s);
+      if (k > 0) {
+        EXPECT_EQ(all[k].start.gyro_rad_s, all[k - 1].end.gyro_rad_s);
+      }
+    }
+    EXPECT_NEAR(t_s, to.seconds(), 1e-12);
+  });
+}
+
+TEST(ImuBuffer, NoTimeIsNoInterval) {
+  test::for_all(1, [](test::Generator& g) {
+    const auto imu = uneven_buffer(g, 20);
+    EXPECT_TRUE(intervals(*imu, ms(9), ms(9)).empty());
+    EXPECT_TRUE(intervals(*imu, ms(9), ms(8)).empty());
+    EXPECT_TRUE(intervals(*imu, imu->newest(), imu->newest()).empty());
+  });
+}
+
+TEST(ImuBuffer, DropBeforeKeepsWhatIntegrationNeeds) {
+  test::for_all(100, [](test::Generator& g) {
+    const auto imu = uneven_buffer(g, 60);
+    const Time t = imu->oldest() + Duration::from_ns(g.integer(0, (imu->newest() - imu->oldest()).ns()));
+    const auto before = intervals(*imu, t, imu->newest());
+    imu->drop_before(t);
+    EXPECT_TRUE(imu->spans(t, imu->newest()));
+    const auto after = intervals(*imu, t, imu->newest());
+    ASSERT_EQ(after.size(), before.size());
+    for (std::size_t k = 0; k < after.size(); ++k) {
+      EXPECT_EQ(after[k].start.gyro_rad_s, before[k].start.gyro_rad_s);
+      EXPECT_EQ(after[k].dt_s, before[k].dt_s);
+    }
+    if (imu->size() > 1) {
+      EXPECT_GE(imu->oldest() + Duration::from_us(3000), t);  // and nothing else
+    }
+  });
+}
+
+TEST(ImuBuffer, StatisticsAreMeanAndDeviationOfTheSpan) {
+  test::for_all(100, [](test::Generator& g) {
+    const auto imu = std::make_unique<ImuBuffer>();
+    const Time from = ms(20);
+    const Time to = ms(60);
+    const Vec3 offset = g.normal_vector<3>(10.0);
+    std::vector<Vec3> gyro;
+    std::vector<Vec3> accel;
+    for (int k = 0; k < 80; ++k) {
+      ImuSample s;
+      s.t = ms(k);
+      const Vec3 w = offset + g.normal_vector<3>(0.1);
+      const Vec3 a = 3.0 * offset + g.normal_vector<3>(1.0);
+      Eigen::Map<Vec3>(s.gyro_rad_s.data()) = w;
+      Eigen::Map<Vec3>(s.accel_m_s2.data()) = a;
+      ASSERT_EQ(imu->push(s), Status::kOk);
+      if (s.t < from || s.t > to) continue;
+      gyro.push_back(w);
+      accel.push_back(a);
+    }
+    const auto mean = [](const std::vector<Vec3>& v) {
+      Vec3 sum = Vec3::Zero();
+      for (const Vec3& x : v) sum += x;
+      return Vec3(sum / static_cast<double>(v.size()));
+    };
+    const auto deviation = [&mean](const std::vector<Vec3>& v) {
+      double sum = 0.0;
+      for (const Vec3& x : v) sum += (x - mean(v)).squaredNorm();
+      return std::sqrt(sum / static_cast<double>(v.size()));
+    };
+    const ImuStatistics s = imu->statistics(from, to);
+    EXPECT_EQ(s.count, 41U);
+    EXPECT_LT((s.mean_gyro_rad_s - mean(gyro)).norm(), 1e-12);
+    EXPECT_LT((s.mean_accel_m_s2 - mean(accel)).norm(), 1e-12);
+    EXPECT_NEAR(s.gyro_deviation_rad_s, deviation(gyro), 1e-9);
+    EXPECT_NEAR(s.accel_deviation_m_s2, deviation(accel), 1e-9);
+  });
+}
+
+}  // namespace
+}  // namespace plumb
