@@ -12,8 +12,6 @@ namespace {
 constexpr double kPinnedSigma = 1e-6;          // rad, m
 constexpr double kGivenAttitude = 0.01;        // rad, 1 sigma, start from truth
 constexpr double kGivenVelocity = 0.05;        // m/s
-constexpr double kMotionTilt = 0.1;            // rad, prior of the in-motion start: wide, so that data decide
-constexpr double kMotionVelocity = 1.0;        // m/s
 constexpr double kRestTilt = 0.1;              // rad
 constexpr double kAidingTimeout = 0.5;         // s without images: inertial; twice that without ranges: VIO
 constexpr double kKeptImu = 2.5;               // s of samples behind the horizon, for stillness and starting
@@ -299,21 +297,30 @@ Status Estimator<Config>::start(const Frame& frame) {
 }
 
 template <class Config>
-void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Vec3& sigmas) {
+void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15& covariance) {
   state_.clear();
   tracks_.clear();
   state_.t = t;
   state_.core = core;
-  MatrixView p = state_.covariance();
-  const auto set = [&p](std::size_t at, double sigma) { p(at, at) = sigma * sigma; };
+  state_.covariance().template fixed<15, 15>(0, 0) = covariance;
+  while (!ranges_.empty() && ranges_.front().t < t) ranges_.erase(0);
+  initialised_ = true;
+}
+
+template <class Config>
+Mat15 Estimator<Config>::start_covariance(double tilt_rad, double velocity_m_s) const {
+  Mat15 p = Mat15::Zero();
+  const auto set = [&p](std::size_t at, double sigma) {
+    p(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(at)) = sigma * sigma;
+  };
   for (std::size_t k = 0; k < 3; ++k) {
-    set(kTheta + k, k < 2 ? sigmas(0) : kPinnedSigma);
-    set(kXiV + k, sigmas(1));
-    set(kXiP + k, sigmas(2));
+    set(kTheta + k, k < 2 ? tilt_rad : kPinnedSigma);
+    set(kXiP + k, kPinnedSigma);
+    set(kXiV + k, velocity_m_s);
     set(kGyroBias + k, options_.start.gyro_bias_sigma_rad_s);
     set(kAccelBias + k, options_.start.accel_bias_sigma_m_s2);
   }
-  initialised_ = true;
+  return p;
 }
 
 template <class Config>
@@ -325,17 +332,15 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   core.b_gyro_rad_s = rest.mean_gyro_rad_s;
   state_.clear();
   const StandingNoise noise = standing_noise();
-  begin_filter(frame.t, core, Vec3(kRestTilt, noise.velocity_m_s, kPinnedSigma));
+  begin_filter(frame.t, core, start_covariance(kRestTilt, noise.velocity_m_s));
   stack_.begin(state_);
   add_zero_rate(state_, stack_, rest.mean_gyro_rad_s,
                 std::hypot(options_.imu.gyro_noise_density / std::sqrt(span_s), noise.rate_rad_s));
   add_gravity(state_, stack_, rest.mean_accel_m_s2, options_.imu.gravity_m_s2,
               options_.imu.accel_noise_density / std::sqrt(span_s));
   const Status status = stack_.apply(state_);
-  if (!ok(status)) return status;
   start_frames_.clear();
-  while (!ranges_.empty() && ranges_.front().t < frame.t) ranges_.erase(0);
-  return fuse_image(frame);
+  return ok(status) ? fuse_image(frame) : status;
 }
 
 template <class Config>
@@ -346,10 +351,9 @@ void Estimator<Config>::start_from_given(const Frame& frame) {
   core.motion.v_WI_m_s = Vec3(given_.v_WI_m_s.data());
   core.b_gyro_rad_s = Vec3(given_.b_gyro_rad_s.data());
   core.b_accel_m_s2 = Vec3(given_.b_accel_m_s2.data());
-  begin_filter(frame.t, core, Vec3(kGivenAttitude, kGivenVelocity, kPinnedSigma));
+  begin_filter(frame.t, core, start_covariance(kGivenAttitude, kGivenVelocity));
   start_given_ = false;
   start_frames_.clear();
-  while (!ranges_.empty() && ranges_.front().t < frame.t) ranges_.erase(0);
 }
 
 template <class Config>
@@ -366,21 +370,27 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
 
   const Result<StartSolution> solution = motion_start_.solve(start_problem_, imu_);
   if (!solution) return Status::kNotReady;
-  constexpr double kKnownVelocity = 0.15;  // of the speed, 1 sigma: below it there is no point in waiting
-  constexpr double kKnownSlowVelocity = 0.05;  // m/s
-  const double speed = solution->core.motion.v_WI_m_s.norm();
-  const bool known = solution->velocity_sigma_m_s.norm() < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
   const bool waited = span_s > 0.9 * options_.start.motion_window_max_s;
+  const bool known = scale_is_known(*solution, start_frames_.front().t, frame.t);
   if (!known && !waited) return Status::kNotReady;
 
-  begin_filter(start_frames_.front().t, solution->core, Vec3(kMotionTilt, kMotionVelocity, kPinnedSigma));
-  while (!ranges_.empty() && ranges_.front().t < state_.t) ranges_.erase(0);
-  for (const Frame& buffered : start_frames_) {
-    const Status status = fuse_image(buffered);
-    if (!ok(status)) return status;
-  }
+  begin_filter(start_frames_.front().t, solution->core, solution->prior);
+  Status status = Status::kOk;
+  for (std::size_t i = 0; i < start_frames_.size() && ok(status); ++i) status = fuse_image(start_frames_[i]);
   start_frames_.clear();
-  return Status::kOk;
+  return status;
+}
+
+template <class Config>
+bool Estimator<Config>::scale_is_known(const StartSolution& solution, Time from, Time to) const {
+  constexpr double kKnownVelocity = 0.15;      // of the speed, 1 sigma: below it there is no point in waiting
+  constexpr double kKnownSlowVelocity = 0.05;  // m/s
+  constexpr std::size_t kMinRanges = 3;
+  constexpr double kMinExcitation = 0.3;       // m/s^2: at constant velocity the fit's own sigma cannot be believed
+  const double speed = solution.core.motion.v_WI_m_s.norm();
+  const bool precise = solution.velocity_sigma_m_s < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
+  const bool ranged = solution.ranges_fitting >= kMinRanges && 2 * solution.ranges_fitting > start_problem_.ranges.size();
+  return precise && (ranged || imu_.statistics(from, to).accel_deviation_m_s2 > kMinExcitation);
 }
 
 template <class Config>
@@ -396,20 +406,31 @@ bool Estimator<Config>::pose_start_problem() {
     chosen[i] = i * (frames - 1) / (images - 1);
     static_cast<void>(problem.images.push_back(start_frames_[chosen[i]].t));
   }
-  // Tracks in order of birth: the oldest reach furthest back.
+  // Every k-th of the tracks that reach far enough back: in order of birth alone, the oldest would all sit at the image
+  // edge they are about to leave by.
   constexpr std::size_t kMinEarlier = 3;
-  for (const FeatureObservation& now : start_frames_.back().observations) {
-    if (problem.features.full()) break;
+  const auto& now = start_frames_.back().observations;
+  const auto history = [&](std::uint32_t id) {
     StartFeature feature;
-    feature.anchor_z = Vec2(now.x, now.y);
     for (std::size_t i = 0; i + 1 < images; ++i) {
       const auto& seen = start_frames_[chosen[i]].observations;
-      const auto found = std::lower_bound(seen.begin(), seen.end(), now.track_id,
-                                          [](const FeatureObservation& o, std::uint32_t id) { return o.track_id < id; });
-      if (found == seen.end() || found->track_id != now.track_id) continue;
+      const auto found = std::lower_bound(seen.begin(), seen.end(), id,
+                                          [](const FeatureObservation& o, std::uint32_t k) { return o.track_id < k; });
+      if (found == seen.end() || found->track_id != id) continue;
       static_cast<void>(feature.earlier.push_back({i, Vec2(found->x, found->y)}));
     }
-    if (feature.earlier.size() >= kMinEarlier) static_cast<void>(problem.features.push_back(feature));
+    return feature;
+  };
+  std::size_t usable = 0;
+  for (const FeatureObservation& o : now) usable += history(o.track_id).earlier.size() >= kMinEarlier ? 1 : 0;
+  std::size_t rank = 0;
+  for (const FeatureObservation& o : now) {
+    StartFeature feature = history(o.track_id);
+    if (feature.earlier.size() < kMinEarlier) continue;
+    feature.anchor_z = Vec2(o.x, o.y);
+    const std::size_t wanted = std::min(usable, kMaxStartFeatures);
+    if (rank * wanted / usable != (rank + 1) * wanted / usable) static_cast<void>(problem.features.push_back(feature));
+    ++rank;
   }
   const Time first = problem.images.front();
   const Time last = problem.images.back();

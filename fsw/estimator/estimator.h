@@ -74,8 +74,12 @@ class Estimator {
   Status start_standing(const Frame& frame);
   Status start_in_motion(const Frame& frame);
   void start_from_given(const Frame& frame);
-  void begin_filter(Time t, const CoreState& core, const Vec3& tilt_velocity_position_sigma);
+  void begin_filter(Time t, const CoreState& core, const Mat15& covariance);
+  /// Independent priors; yaw and position pinned, biases from the options.
+  Mat15 start_covariance(double tilt_rad, double velocity_m_s) const;
   bool pose_start_problem();
+  /// Whether velocity and with it scale can be believed already, or a longer window should be waited for.
+  bool scale_is_known(const StartSolution& solution, Time from, Time to) const;
   void count_range(RangeOutcome outcome);
   DepthPrior depth_prior() const;
   /// Of the features whose depth is known; 0 when there are too few.

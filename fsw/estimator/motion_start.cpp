@@ -14,20 +14,56 @@ namespace {
 
 constexpr int kMaxIterations = 20;
 constexpr std::size_t kMinFeatures = 10;
-constexpr double kMinFlowPx = 4.0;             // without flow there is nothing to tell velocity from
+constexpr double kMinFlowPx = 4.0;             // of the median feature: without flow there is nothing to tell from
 constexpr double kHuber = 2.0;                 // sigmas
 constexpr double kMaxRmsPx = 2.0;
 constexpr double kRelativeFacetError = 0.1;    // of the inverse depth: how flat a facet is taken to be
 constexpr double kDefaultInverseDepth = 0.5;   // 1/m, first guess without a range
 constexpr double kVelocityPrior = 20.0;        // m/s
 constexpr double kTiltPrior = 0.5;             // rad
-constexpr double kDepthPrior = 20.0;           // 1/m
+constexpr double kDepthPrior = 2.0;            // of the first guess, 1 sigma: keeps an unobserved scale where it is
+constexpr double kRelativeNearestError = 0.3;  // the same for the nearest feature, where no facet is hit
 constexpr double kPinned = 1e-6;               // yaw and position define the world frame
+constexpr double kPriorWeight = 1.0 / 9.0;     // of the window in the filter's prior: three sigma for one
 constexpr double kMaxDamping = 1e8;
 
 /// Huber weight of a residual of whitened length r.
 double robust_weight(double r) { return r <= kHuber ? 1.0 : kHuber / r; }
 double robust_cost(double r) { return r <= kHuber ? r * r : kHuber * (2.0 * r - kHuber); }
+
+double guessed_inverse_depth(const StartProblem& problem) {
+  return problem.ranges.empty() ? kDefaultInverseDepth : 1.0 / problem.ranges.front().range_m;
+}
+
+/// What the inverse depth at an image point is made of: the facet around it, or else the nearest feature alone.
+struct Surface {
+  std::array<std::size_t, 3> features{};
+  Vec3 weights = Vec3::UnitX();
+  double relative_error = kRelativeNearestError;
+};
+
+Surface surface_at(const StartProblem& problem, const Vec2& query) {
+  Surface out;
+  FixedVector<Vec2, kMaxStartFeatures> points;
+  for (const StartFeature& feature : problem.features) static_cast<void>(points.push_back(feature.anchor_z));
+  const Result<FacetChoice> facet = find_facet({points.data(), points.size()}, query);
+  if (facet) {
+    Mat3 corners;
+    for (std::size_t j = 0; j < 3; ++j) corners.col(static_cast<Eigen::Index>(j)) = points[facet->vertices[j]].homogeneous();
+    return {facet->vertices, corners.inverse() * query.homogeneous(), kRelativeFacetError};
+  }
+  const auto nearer = [&](const Vec2& a, const Vec2& b) { return (a - query).norm() < (b - query).norm(); };
+  const auto nearest = static_cast<std::size_t>(std::min_element(points.begin(), points.end(), nearer) - points.begin());
+  out.features = {nearest, nearest, nearest};  // weight on the first; the others count nothing
+  return out;
+}
+
+double median_flow(const StartProblem& problem) {
+  FixedVector<double, kMaxStartFeatures> flow;
+  for (const StartFeature& f : problem.features) static_cast<void>(flow.push_back((f.earlier[0].z - f.anchor_z).norm()));
+  std::sort(flow.begin(), flow.end());
+  return flow[flow.size() / 2];
+}
 
 }  // namespace
 
@@ -37,6 +73,7 @@ MotionStart::MotionStart(const EstimatorOptions& options, const SensorCalibratio
 Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuBuffer& imu) {
   const std::size_t features = problem.features.size();
   if (features < kMinFeatures || problem.images.size() < 3) return Status::kIllConditioned;
+  if (median_flow(problem) * calibration_.focal_px < kMinFlowPx) return Status::kIllConditioned;
   const std::size_t unknowns = kCoreSize + features;
   Estimate estimate = first_guess(problem, imu);
   double cost = linearise(problem, imu, estimate);
@@ -68,7 +105,14 @@ Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuB
   out.rms_px = std::sqrt(squared_residuals_ / dof) * options_.vision.pixel_noise_px;
   if (!std::isfinite(cost) || 4 * inside < 3 * features || !(out.rms_px < kMaxRmsPx)) return Status::kRejected;
   out.core = estimate.core;
-  out.velocity_sigma_m_s = velocity_sigma(unknowns);
+  out.ranges_fitting = ranges_fitting_;
+  Mat15 posterior;
+  if (!core_covariance(unknowns, posterior)) return Status::kNumericalFault;
+  out.velocity_sigma_m_s = std::sqrt(posterior.diagonal().segment<3>(static_cast<Eigen::Index>(kXiV)).sum());
+  measurement_weight_ = kPriorWeight;
+  linearise(problem, imu, estimate);
+  measurement_weight_ = 1.0;
+  if (!core_covariance(unknowns, out.prior)) return Status::kNumericalFault;
   return out;
 }
 
@@ -84,7 +128,7 @@ MotionStart::Estimate MotionStart::first_guess(const StartProblem& problem, cons
   imu.for_each_interval(first, problem.images.back(), step);
   Estimate out;
   out.core.motion.q_WI = rotation_between(q_first.conjugate() * s.v_WI_m_s, Vec3::UnitZ());
-  out.rho.fill(problem.ranges.empty() ? kDefaultInverseDepth : 1.0 / problem.ranges.front().range_m);
+  out.rho.fill(guessed_inverse_depth(problem));
   return out;
 }
 
@@ -118,6 +162,7 @@ double MotionStart::linearise(const StartProblem& problem, const ImuBuffer& imu,
   std::fill_n(b_, unknowns, 0.0);
   squared_residuals_ = 0.0;
   residuals_ = 0;
+  ranges_fitting_ = 0;
   double cost = add_prior(estimate.core);
   for (std::size_t j = 0; j < problem.features.size(); ++j) cost += add_feature(problem, j, estimate.rho[j]);
   for (std::size_t k = 0; k < problem.ranges.size(); ++k) cost += add_range(problem, k, estimate);
@@ -148,9 +193,11 @@ double MotionStart::add_feature(const StartProblem& problem, std::size_t index, 
   const Station& anchor = images_[problem.images.size() - 1];
   const FeatureParameters parameters(feature.anchor_z.x(), feature.anchor_z.y(), rho);
   const std::size_t column = kCoreSize + index;
-  a_.view()(column, column) += 1.0 / (kDepthPrior * kDepthPrior);
-  double cost = rho * rho / (kDepthPrior * kDepthPrior);
-  b_[column] -= rho / (kDepthPrior * kDepthPrior);
+  const double guess = guessed_inverse_depth(problem);
+  const double information = 1.0 / (kDepthPrior * kDepthPrior * guess * guess);
+  a_.view()(column, column) += information;
+  b_[column] -= information * (rho - guess);
+  double cost = information * (rho - guess) * (rho - guess);
   for (const StartObservation& seen : feature.earlier) {
     const Station& station = images_[seen.image];
     VisualPrediction p;
@@ -180,26 +227,20 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
   const Vec3 impact_C = calibration_.p_CR_m + problem.ranges[index].range_m * calibration_.u_C;
   const Vec3 h = anchor.R_WC.transpose() * (camera.p_WC_m + camera.R_WC * impact_C - anchor.p_WC_m);
   if (!(h.z() > 0.0)) return 0.0;
-  FixedVector<Vec2, kMaxStartFeatures> points;
-  for (const StartFeature& feature : problem.features) static_cast<void>(points.push_back(feature.anchor_z));
   const Vec2 query = h.head<2>() / h.z();
-  const Result<FacetChoice> facet = find_facet({points.data(), points.size()}, query);
-  if (!facet) return 0.0;
-  Mat3 corners;
-  for (Eigen::Index j = 0; j < 3; ++j) corners.col(j) = points[facet->vertices[static_cast<std::size_t>(j)]].homogeneous();
-  const Vec3 lambda = corners.inverse() * query.homogeneous();
   const double measured = 1.0 / h.z();
-  const double sigma = kRelativeFacetError * measured;
+  const Surface surface = surface_at(problem, query);
+  const double sigma = surface.relative_error * measured;
   double residual = measured;
-  std::array<std::size_t, 3> columns{};
   std::array<double, 3> by_depth{};
+  std::array<std::size_t, 3> columns{};
   for (std::size_t j = 0; j < 3; ++j) {
-    const double weight = lambda(static_cast<Eigen::Index>(j));
-    residual -= weight * estimate.rho[facet->vertices[j]];
-    columns[j] = kCoreSize + facet->vertices[j];
-    by_depth[j] = weight / sigma;
+    residual -= surface.weights(static_cast<Eigen::Index>(j)) * estimate.rho[surface.features[j]];
+    columns[j] = kCoreSize + surface.features[j];
+    by_depth[j] = surface.weights(static_cast<Eigen::Index>(j)) / sigma;
   }
   const double length = std::abs(residual) / sigma;
+  if (length < kHuber) ++ranges_fitting_;
   add_row(Eigen::Matrix<double, 1, 15>::Zero(), columns, by_depth, residual / sigma, robust_weight(length));
   return robust_cost(length);
 }
@@ -207,6 +248,7 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
 void MotionStart::add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
                           std::span<const double> by_depth, double residual, double weight) {
   MatrixView a = a_.view();
+  weight *= measurement_weight_;
   for (std::size_t r = 0; r < kCoreSize; ++r) {
     const double wr = weight * by_core(static_cast<Eigen::Index>(r));
     for (std::size_t c = 0; c <= r; ++c) a(r, c) += wr * by_core(static_cast<Eigen::Index>(c));
@@ -236,19 +278,22 @@ bool MotionStart::solve_step(double damping, std::size_t unknowns, double* step)
   return true;
 }
 
-Vec3 MotionStart::velocity_sigma(std::size_t unknowns) {
-  Vec3 sigma = Vec3::Constant(std::numeric_limits<double>::infinity());
-  double column[kMaxUnknowns];
-  if (!solve_step(0.0, unknowns, column)) return sigma;  // leaves the undamped factor behind
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::fill_n(column, unknowns, 0.0);
-    column[kXiV + k] = 1.0;
-    solve_lower_in_place(factor_.view(unknowns, unknowns), MatrixView(column, unknowns, 1, 1));
-    double variance = 0.0;
-    for (std::size_t i = 0; i < unknowns; ++i) variance += column[i] * column[i];
-    sigma(static_cast<Eigen::Index>(k)) = std::sqrt(variance);
+bool MotionStart::core_covariance(std::size_t unknowns, Mat15& out) {
+  double columns[kCoreSize][kMaxUnknowns];
+  if (!solve_step(0.0, unknowns, columns[0])) return false;  // leaves the undamped factor behind
+  const ConstMatrixView l = factor_.view(unknowns, unknowns);
+  for (std::size_t k = 0; k < kCoreSize; ++k) {
+    std::fill_n(columns[k], unknowns, 0.0);
+    columns[k][k] = 1.0;
+    solve_lower_in_place(l, MatrixView(columns[k], unknowns, 1, 1));
+    for (std::size_t j = 0; j <= k; ++j) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < unknowns; ++i) sum += columns[j][i] * columns[k][i];
+      out(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) = sum;
+      out(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j)) = sum;
+    }
   }
-  return sigma;
+  return true;
 }
 
 }  // namespace plumb

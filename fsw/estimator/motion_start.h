@@ -3,9 +3,10 @@
 //
 // Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the 15
 // core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean specific
-// force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The result is the point the
-// filter linearises about when it is started, with a wide prior, from the window's first image; it is not itself fused,
-// so nothing is counted twice.
+// force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The filter is then started at
+// the window's first image and fuses the same images again, so the solution serves it as the point to linearise about
+// and as a prior in which the window counts for a ninth: wide enough that the second use hardly matters, narrow enough
+// that the filter stays where its linearisation holds.
 
 #include <span>
 
@@ -45,8 +46,10 @@ struct StartProblem {
 
 struct StartSolution {
   CoreState core;                   ///< at the first image: position zero, yaw zero
-  Vec3 velocity_sigma_m_s = Vec3::Zero();
+  double velocity_sigma_m_s = 0.0;  ///< root of the summed variances
+  Mat15 prior = Mat15::Zero();      ///< covariance to start the filter with: right-invariant error at the first image
   double rms_px = 0.0;              ///< of the reprojection residuals that were not down-weighted
+  std::size_t ranges_fitting = 0;   ///< ranges that agree with the solution
 };
 
 class MotionStart {
@@ -81,7 +84,8 @@ class MotionStart {
   void add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
                std::span<const double> by_depth, double residual, double weight);
   bool solve_step(double damping, std::size_t unknowns, double* step);
-  Vec3 velocity_sigma(std::size_t unknowns);
+  /// Covariance of the core at the last linearisation, depths marginalised. False when it does not exist.
+  bool core_covariance(std::size_t unknowns, Mat15& out);
 
   EstimatorOptions options_;
   SensorCalibration calibration_;
@@ -91,8 +95,10 @@ class MotionStart {
   MatrixStorage<kMaxUnknowns, kMaxUnknowns> a_;
   MatrixStorage<kMaxUnknowns, kMaxUnknowns> factor_;
   double b_[kMaxUnknowns] = {};
+  double measurement_weight_ = 1.0;
   double squared_residuals_ = 0.0;
   std::size_t residuals_ = 0;
+  std::size_t ranges_fitting_ = 0;
 };
 
 }  // namespace plumb
