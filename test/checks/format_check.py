@@ -38,7 +38,8 @@ def main(arguments: list[str]) -> int:
         if formatted != file.read_bytes():
             wrong.append(file)
     for file in wrong:
-        print(f"{file}: not laid out as .clang-format says")
+        shown = file.relative_to(ROOT) if file.is_relative_to(ROOT) else file
+        print(f"{shown}: not laid out as .clang-format says")
     if wrong:
         print("To lay out all files: build/venv/bin/python test/checks/format_check.py --fix")
         return 1
