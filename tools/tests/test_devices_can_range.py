@@ -1,4 +1,4 @@
-"""CAN range finders: the reference's frames to the bit, a receiver of its own, and the public DroneCAN implementation."""
+"""CAN range finders: the reference's frames to the bit, a receiver of its own, and the public DroneCAN package."""
 
 from __future__ import annotations
 
@@ -43,15 +43,11 @@ TRANSFERS = {
 
 
 def candump(frames: list[CanFrame]) -> str:
-    return " ".join(
-        f"{frame.can_id:0{8 if frame.is_extended else 3}X}#{frame.data.hex().upper()}" for frame in frames
-    )
+    return " ".join(f"{frame.can_id:0{8 if frame.is_extended else 3}X}#{frame.data.hex().upper()}" for frame in frames)
 
 
 def measurement_frames(message: Measurement, transfer_id: int, node_id: int, priority: int) -> list[CanFrame]:
-    return broadcast(
-        MEASUREMENT_TYPE_ID, MEASUREMENT_SIGNATURE, message.encode(), transfer_id, node_id, priority
-    )
+    return broadcast(MEASUREMENT_TYPE_ID, MEASUREMENT_SIGNATURE, message.encode(), transfer_id, node_id, priority)
 
 
 @dataclass
@@ -172,7 +168,9 @@ def test_readings_tell_why_there_is_no_range() -> None:
     assert read[0][0] == read[1][0] == 40.0
 
 
-@pytest.mark.parametrize("protocol, bus_bit_s, size", [(CanProtocol.TF03, 1_000_000, 6), (CanProtocol.TFMINI_I, 250_000, 8)])
+@pytest.mark.parametrize(
+    "protocol, bus_bit_s, size", [(CanProtocol.TF03, 1_000_000, 6), (CanProtocol.TFMINI_I, 250_000, 8)]
+)
 def test_native_frames_bring_centimetres(protocol: CanProtocol, bus_bit_s: int, size: int) -> None:
     flight = made_up_flight()
     flight.range_m[2] = 0.0

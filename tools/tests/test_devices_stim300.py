@@ -21,7 +21,7 @@ from plumb_tools.sim.devices.stim300 import (
 )
 from plumb_tools.sim.devices.stim300_stream import SerialChunk, serial_chunks
 
-# Identifier: accelerometer, inclinometer, temperatures, PPS, bytes in all without CR LF (table 5-3).
+# Identifier: accelerometer, inclinometer, temperatures, PPS, bytes in all without CR LF (table 5-21).
 CONTENTS = {
     0x90: (0, 0, 0, 0, 18),
     0x91: (1, 0, 0, 0, 28),
@@ -116,9 +116,7 @@ def re_encode(decoded: Decoded, crlf: bool) -> bytes:
     inclinometer = clusters.pop(0) if has_incl else None
     pps = clusters.pop() if has_pps else None
     assert bool(clusters) == bool(has_temp)
-    datagram = NormalDatagram(
-        gyro, decoded.counter, decoded.latency_us, accel, inclinometer, tuple(clusters), pps
-    )
+    datagram = NormalDatagram(gyro, decoded.counter, decoded.latency_us, accel, inclinometer, tuple(clusters), pps)
     return datagram.encode(crlf)
 
 

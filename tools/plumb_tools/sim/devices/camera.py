@@ -1,8 +1,8 @@
 """A flight's images as Video4Linux buffers of an OV7251 global-shutter camera.
 
 Facts: Linux drivers/media/i2c/ov7251.c (exposure in rows, gain 16 = 1x, a row of 928 pixels at 48 MHz, 504 rows as
-default), include/uapi/linux/videodev2.h (flags of the stamp, fourcc), camss (stamp at the end of the frame, the sequence
-counts the frames delivered).
+default), include/uapi/linux/videodev2.h (flags of the stamp, fourcc), camss (stamp at the end of the frame, the
+sequence counts the frames delivered).
 """
 
 from __future__ import annotations

@@ -180,8 +180,8 @@ def _native_frames(t_ns: int, range_m: float, settings: CanRangeSettings) -> lis
 def can_frames(flight: Flight, settings: CanRangeSettings) -> Iterator[TimedCanFrame]:
     """Every range of the flight, and for DroneCAN the node's status once per second, behind a range.
 
-    The first frame of a range ends at its stamp + latency + the frame's time on the bus; the others follow at once. A busy bus makes
-    them wait.
+    The first frame of a range ends at its stamp + latency + the frame's time on the bus, or later if the bus is busy;
+    the others follow at once.
     """
     dronecan = settings.protocol is CanProtocol.DRONECAN
     status_count = 0

@@ -20,7 +20,7 @@ _TABLE_16 = _table(0x1021, 16)
 
 
 def crc32_mpeg2(data: bytes) -> int:
-    """CRC-32/MPEG-2, the checksum of the STIM300 (TS1524 rev.31, section 5). It is not zlib's."""
+    """CRC-32/MPEG-2, the checksum of the STIM300 (TS1524 rev.31, section 5.5.7, page 37). It is not zlib's."""
     remainder = 0xFFFFFFFF
     for byte in data:
         remainder = ((remainder << 8) & 0xFFFFFFFF) ^ _TABLE_32[(remainder >> 24) ^ byte]

@@ -1,4 +1,4 @@
-"""What a CALIBRATION record says of the lens beside its coefficients: how far the image reaches in the normalised plane."""
+"""The lens as a CALIBRATION record tells it: coefficients, and how far the image reaches in the normalised plane."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """A flight's ranges as the I2C transfers of a host that reads a Garmin LIDAR-Lite v3.
 
-Facts: register map of the LIDAR-Lite v3 operation manual ("Control register list", as in Garmin's Arduino library e2d43ad,
-LIDARLite.cpp) and Garmin's "LLv3 I2C guidelines" (a register read is a one-byte write, STOP and a read; a register write
-is one transfer). Distances are in cm, high byte first.
+Facts: register map of the LIDAR-Lite v3 operation manual ("Control register list", as in Garmin's Arduino library
+e2d43ad, LIDARLite.cpp) and Garmin's "LLv3 I2C guidelines" (a register read is a one-byte write, STOP and a read; a
+register write is one transfer). Distances are in cm, high byte first.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class LidarLiteSettings:
     poll_period_ns: int = 1_500_000
     pause_ns: int = 20_000  #: of the host between two transfers
     max_range_m: float = 40.0
-    #: What the device reports without a return; 0 where units are of the other family. Twenty zeros in a row are also the
-    #: sign of a stuck device.
+    #: What the device reports without a return; units of another family say 0. Twenty zeros in a row are also the sign
+    #: of a stuck device.
     no_return_cm: int = 1
     signal_strength: int = 120  #: of a return; a driver takes 24 or less for none
     peak_correlation: int = 180  #: of a return; 135 to 234 are usable

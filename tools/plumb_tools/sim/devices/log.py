@@ -21,7 +21,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import lcm
 import numpy as np
@@ -81,7 +81,9 @@ def _truth_events(flight: Flight) -> Iterator[_Event]:
     biases = np.full((len(flight.truth_t_ns), 6), np.nan)
     if isinstance(flight, TrueBiases):
         biases = np.hstack([flight.truth_b_gyro_rad_s, flight.truth_b_accel_m_s2])
-    rows = zip(flight.truth_t_ns.tolist(), flight.truth_p_m, flight.truth_v_m_s, flight.truth_q_wxyz, biases, strict=True)
+    rows = zip(
+        flight.truth_t_ns.tolist(), flight.truth_p_m, flight.truth_v_m_s, flight.truth_q_wxyz, biases, strict=True
+    )
     for t_ns, p_m, v_m_s, q_wxyz, bias in rows:
         yield _Event(t_ns, "TRUTH", messages.truth(t_ns, p_m, v_m_s, q_wxyz, bias))
 
@@ -98,8 +100,8 @@ def _events(flight: Flight, settings: DeviceSettings, lrf: RangeFinder) -> Itera
     first = next(merged)
     if first.time_ns < 0:
         raise ValueError(
-            f"{first.channel}: its devices would have to start {-first.time_ns / 1e6:.3f} ms before the zero of the clock; "
-            "let the flight begin later"
+            f"{first.channel}: the device would have to start {-first.time_ns / 1e6:.3f} ms before the zero of the "
+            "clock; let the flight begin later"
         )
     yield _Event(first.time_ns, "CALIBRATION", messages.calibration(flight.calibration))
     yield from itertools.chain([first], merged)
@@ -146,6 +148,8 @@ def write_log(
     Images are read one by one. `progress` is told the fraction done, from 0 to 1.
     """
     check_flight(flight)
+    if lrf not in get_args(RangeFinder):
+        raise ValueError(f"lrf: '{lrf}'; expected {' or '.join(get_args(RangeFinder))}")
     partial = path.with_name(path.name + ".partial")
     span_ns = (int(flight.imu_t_ns[0]), int(flight.imu_t_ns[-1]))
     try:

@@ -1,7 +1,8 @@
 """Datagrams of the Sensonor STIM300 inertial measurement unit, byte for byte.
 
-Facts: data sheet TS1524 rev.31, section 5 (transmission: identifiers, layout, checksum; pages 25 to 36) and section 6
-(scale factors). Multi-byte fields are big-endian; signed ones two's complement.
+Facts: data sheet TS1524 rev.31, section 5.5: special datagrams (tables 5-13 to 5-16, pages 29 to 33), normal datagrams
+(table 5-20, page 36), identifiers (table 5-21, page 37), checksum (section 5.5.7, page 37), status byte (table 5-23,
+page 38). Multi-byte fields are big-endian; signed ones two's complement.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class NormalDatagram:
     pps: Cluster | None = None  #: a single number
 
     def identifier(self) -> int:
-        """First byte, which tells the content (table 5-3)."""
+        """First byte, which tells the content (table 5-21)."""
         content = (self.accel is not None) | (self.inclinometer is not None) << 1 | bool(self.temperatures) << 2
         return _NORMAL_IDENTIFIERS[content] if self.pps is None else _NORMAL_IDENTIFIER_WITH_PPS + content
 
@@ -114,7 +115,7 @@ def serial_number_datagram(settings: Stim300Settings) -> bytes:
 
 
 def configuration_datagram(settings: Stim300Settings, rate_hz: int) -> bytes:
-    """How the unit is set up: gyro and accelerometer, delayed gyro output, all filters at 262 Hz (table 5-16, page 31)."""
+    """How the unit is set up: gyro and accelerometer, delayed gyros, all filters at 262 Hz (table 5-16, page 31)."""
     accel_code = ACCEL_RANGE_CODES[settings.accel_range_g]
     unit = 1 if settings.incremental else 0
     content = bytes(

@@ -1,7 +1,8 @@
 """A flight's inertial samples as the byte stream of a STIM300, from power-on.
 
-Facts: data sheet TS1524 rev.31, section 5.5 (start-up, status byte, counter, latency) and section 6 (scale factors, and
-the saturation of the gyro output at +-480 deg/s).
+Facts: data sheet TS1524 rev.31, status byte (table 5-23, page 38) and section 7.5.2.2 (scale factors, counter, latency;
+pages 48 to 55). Step of the counter, start-up status and the gyros' saturation also as in a public capture of a real
+unit (UBC-Rocket/Whistler-Blackcomb-v2, data/imu).
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ def _special_chunks(t_end_ns: int, rate_hz: int, settings: Stim300Settings) -> I
 def serial_chunks(flight: Flight, settings: Stim300Settings) -> Iterator[SerialChunk]:
     """Part number, serial number, configuration, start-up datagrams and then a datagram per sample, each in one read.
 
-    A datagram of a sample arrives at its stamp + group delay + latency + time on the wire. The start-up datagrams repeat
+    A sample's datagram arrives at its stamp + group delay + latency + time on the wire. The start-up datagrams repeat
     the first sample, marked as not valid yet.
     """
     rate_hz = sample_rate_hz(flight.imu_t_ns)
