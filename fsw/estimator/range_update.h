@@ -1,6 +1,11 @@
 #pragma once
 // One range into the filter, at its own time: the facet under the beam, the checks, the gate, the one-row update.
 
+#include <algorithm>
+#include <utility>
+
+#include <Eigen/LU>
+
 #include "fsw/estimator/facet_search.h"
 #include "fsw/estimator/range_model.h"
 #include "fsw/estimator/report.h"
@@ -29,15 +34,30 @@ class RangeUpdate {
     return {(core.motion.q_WI * calibration_.q_IC).toRotationMatrix(),
             core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m};
   }
-  Result<Vertices> facet_under_beam(const FilterState<Config>& state, const CameraPose& camera, double range_m);
+  /// A feature the beam's surroundings are judged by, in the camera at the time of the range.
+  struct Neighbour {
+    Vec2 z = Vec2::Zero();           ///< normalised image plane
+    double inverse_depth = 0.0;      ///< 1/m, along the optical axis
+    double inverse_depth_sigma = 0.0;
+    std::size_t feature = 0;
+  };
+  /// The facet that was hit and how far from flat the ground about it is.
+  struct Target {
+    Vertices vertices{};
+    double relief_m = 0.0;  ///< along the beam, 1 sigma
+  };
+
+  void gather(const FilterState<Config>& state, const CameraPose& camera);
+  Result<Target> facet_under_beam(double range_m);
+  double relief_about(const FacetChoice& facet, const Vec2& query, double range_m) const;
   RangeOutcome add_row(const FilterState<Config>& state, UpdateStack<Config>& stack, const CameraPose& camera,
-                       const Vertices& vertices, double range_m, FrameReport& report);
+                       const Target& target, double range_m, FrameReport& report);
 
   RangeOptions options_;
   SensorCalibration calibration_;
   Beam beam_;
   FixedVector<Vec2, Config::kMaxSlamFeatures> points_;
-  FixedVector<std::size_t, Config::kMaxSlamFeatures> candidates_;
+  FixedVector<Neighbour, Config::kMaxSlamFeatures> neighbours_;  ///< in the order of points_
 };
 
 template <class Config>
@@ -45,52 +65,89 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
                                  FrameReport& report) {
   const CameraPose camera = camera_of(state.core);
   report.range_measured_m = range_m;
-  const Result<Vertices> vertices = facet_under_beam(state, camera, range_m);
-  if (!vertices) {
-    report.range_outcome = vertices.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
+  gather(state, camera);
+  const Result<Target> target = facet_under_beam(range_m);
+  if (!target) {
+    report.range_outcome = target.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
     return Status::kOk;
   }
-  for (std::size_t j = 0; j < 3; ++j) report.range_facet[j] = state.features[(*vertices)[j]].track_id;
+  for (std::size_t j = 0; j < 3; ++j) report.range_facet[j] = state.features[target->vertices[j]].track_id;
   stack.begin(state);
-  report.range_outcome = add_row(state, stack, camera, *vertices, range_m, report);
+  report.range_outcome = add_row(state, stack, camera, *target, range_m, report);
   if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
   ++report.ranges_used;
   return stack.apply(state);
 }
 
 template <class Config>
-Result<typename RangeUpdate<Config>::Vertices> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
-                                                                                     const CameraPose& camera,
-                                                                                     double range_m) {
-  const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
-  if (!(impact_C.z() > 0.0)) return Status::kRejected;
+void RangeUpdate<Config>::gather(const FilterState<Config>& state, const CameraPose& camera) {
   points_.clear();
-  candidates_.clear();
+  neighbours_.clear();
   const ConstMatrixView p = state.covariance();
   for (std::size_t i = 0; i < state.features.size(); ++i) {
     const SlamFeature& feature = state.features[i];
     const double rho = feature.parameters.z();
-    const std::size_t at = Layout::feature(i) + 2;
-    if (!(rho > 0.0) || p(at, at) > kMaxDepthUncertainty * kMaxDepthUncertainty * rho * rho) continue;
+    const double sigma = std::sqrt(p(Layout::feature(i) + 2, Layout::feature(i) + 2));
+    if (!(rho > 0.0) || sigma > kMaxDepthUncertainty * rho) continue;
     VisualPrediction seen;
     if (!ok(predict_feature(camera, state.pose(feature.anchor_slot).camera, feature.parameters, seen))) continue;
+    const double inverse_depth = rho / seen.depth_times_rho;
     static_cast<void>(points_.push_back(seen.z));
-    static_cast<void>(candidates_.push_back(i));
+    static_cast<void>(neighbours_.push_back({seen.z, inverse_depth, inverse_depth * sigma / rho, i}));
   }
-  const Result<FacetChoice> facet = find_facet({points_.data(), points_.size()}, impact_C.head<2>() / impact_C.z());
+}
+
+template <class Config>
+Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(double range_m) {
+  const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
+  if (!(impact_C.z() > 0.0)) return Status::kRejected;
+  const Vec2 query = impact_C.head<2>() / impact_C.z();
+  const Result<FacetChoice> facet = find_facet({points_.data(), points_.size()}, query);
   if (!facet) return facet.status();
+  Target target;
   for (std::size_t j = 0; j < 3; ++j) {
     const Vec2 edge = points_[facet->vertices[j]] - points_[facet->vertices[(j + 1) % 3]];
     if (edge.norm() > options_.max_facet_edge) return Status::kRejected;
+    target.vertices[j] = neighbours_[facet->vertices[j]].feature;
   }
-  return Vertices{candidates_[facet->vertices[0]], candidates_[facet->vertices[1]], candidates_[facet->vertices[2]]};
+  target.relief_m = relief_about(*facet, query, range_m);
+  return target;
+}
+
+template <class Config>
+double RangeUpdate<Config>::relief_about(const FacetChoice& facet, const Vec2& query, double range_m) const {
+  // Inverse depth is affine in image coordinates over a plane. The features next to the facet say whether its plane goes
+  // on; where it does not, there is an edge near, and the beam may not hit what the three vertices stand on.
+  constexpr std::size_t kAsked = 4;
+  Mat3 corners;
+  Eigen::RowVector3d values;
+  for (std::size_t j = 0; j < 3; ++j) {
+    corners.col(static_cast<Eigen::Index>(j)) = points_[facet.vertices[j]].homogeneous();
+    values(static_cast<Eigen::Index>(j)) = neighbours_[facet.vertices[j]].inverse_depth;
+  }
+  const Eigen::RowVector3d plane = values * corners.inverse();
+  FixedVector<std::pair<double, double>, Config::kMaxSlamFeatures> others;  // squared distance, squared misfit
+  for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+    if (std::find(facet.vertices.begin(), facet.vertices.end(), i) != facet.vertices.end()) continue;
+    const Neighbour& n = neighbours_[i];
+    const double misfit = n.inverse_depth - plane.dot(n.z.homogeneous());
+    const double excess = misfit * misfit - n.inverse_depth_sigma * n.inverse_depth_sigma;
+    static_cast<void>(others.push_back({(n.z - query).squaredNorm(), std::max(excess, 0.0)}));
+  }
+  std::sort(others.begin(), others.end());
+  const std::size_t asked = std::min(kAsked, others.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < asked; ++i) sum += others[i].second;
+  const double inverse_depth = plane.dot(query.homogeneous());
+  if (asked == 0 || !(inverse_depth > 0.0)) return 0.0;
+  return range_m * std::sqrt(sum / static_cast<double>(asked)) / inverse_depth;
 }
 
 template <class Config>
 RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
-                                          const CameraPose& camera, const Vertices& vertices, double range_m,
-                                          FrameReport& report) {
+                                          const CameraPose& camera, const Target& target, double range_m, FrameReport& report) {
   constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+  const Vertices& vertices = target.vertices;
   Facet facet;
   for (std::size_t j = 0; j < 3; ++j) {
     const SlamFeature& feature = state.features[vertices[j]];
@@ -104,7 +161,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
-  const double sigma = options_.noise_m;
+  const double sigma = std::hypot(options_.noise_m, target.relief_m);
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;
