@@ -57,6 +57,7 @@ class FeatureTracker final : public Tracker<MaxTracks> {
     Vec2 rotated_px = Vec2::Zero();      ///< where the rotation alone takes the feature in the present image
     Vec2 drift_px = Vec2::Zero();        ///< motion of the last interval beyond what the rotation explains
     Quat q_CCanchor = Quat::Identity();  ///< rotation since the patch was taken
+    float patch_scale = 1.0F;            ///< size of the patch in the last image over its size when it was taken
     std::uint16_t slot = 0;              ///< its place in anchors_
     bool aligned = false;                ///< found again by its patch
     bool keep = true;

@@ -140,8 +140,8 @@ void FeatureTracker<MaxTracks, Kernels>::align(const MotionPrediction& motion) {
   report_.lost_flow = drop_unkept();
 }
 
-// The patch is warped by what the rotation since its capture, and the lens, do to it. How depth changes its size is not
-// known here; a patch that grew too much no longer correlates and is replaced.
+// The patch is warped by what the rotation since its capture, and the lens, do to it; how it grows as the camera comes
+// nearer is found by the alignment itself.
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& motion, Track& track,
                                                      const FlowPoint& point) {
@@ -159,7 +159,7 @@ void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
   if (!ok(camera_.distort(normalised, pixel, px_per_normalised))) return;
   const Mat2 turn =
       (rotation.template topLeftCorner<2, 2>() - normalised * rotation.template block<1, 2>(2, 0)) / ray_C.z();
-  PatchPosition position{point.to_u_px, point.to_v_px};
+  PatchPosition position{point.to_u_px, point.to_v_px, track.patch_scale};
   if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position)))
     return;
   const double correction_px = std::hypot(static_cast<double>(position.u_px - point.to_u_px),
@@ -167,6 +167,7 @@ void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
   track.aligned = static_cast<double>(position.similarity) >= options_.min_similarity &&
                   correction_px <= options_.max_correction_px;
   if (!track.aligned) return;
+  track.patch_scale = position.scale;
   track.u_px = position.u_px;
   track.v_px = position.v_px;
 }
@@ -211,6 +212,7 @@ bool FeatureTracker<MaxTracks, Kernels>::anchor(Track& track) {
   anchor.ray_C = track.normalised.homogeneous();
   anchor.normalised_per_px = px_per_normalised.inverse();
   track.q_CCanchor = Quat::Identity();
+  track.patch_scale = 1.0F;
   return true;
 }
 

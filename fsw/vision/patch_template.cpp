@@ -5,9 +5,11 @@
 namespace plumb {
 namespace {
 
-constexpr int kMaxIterations = 8;
-constexpr float kConverged_px = 0.01F;
+constexpr int kMaxIterations = 12;
+constexpr float kConverged_px = 0.02F;
 constexpr float kMinEnergy = 1.0F;       // grey levels squared per sample: flatter than sensor noise
+constexpr float kScalePrior = 100.0F;    // (grey level)^2 per sample
+constexpr float kMaxScale = 1.6F;        // beyond it, up or down, the patch has too few samples of the image
 constexpr float kMinEigenvalue = 10.0F;  // of the structure tensor per sample, (grey level / px)^2; measured
 
 /// Bilinear interpolation. Precondition: the four pixels around the point are in the image.
@@ -61,17 +63,22 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   Samples value;
   Samples gradient_u;
   Samples gradient_v;
+  Samples gradient_s;
   for (std::int32_t r = 0; r < kSide_px; ++r) {
     for (std::int32_t c = 0; c < kSide_px; ++c) {
       const std::int32_t centre = (r + 1) * kWide + c + 1;
-      value[r * kSide_px + c] = wide[centre];
-      gradient_u[r * kSide_px + c] = 0.5F * (wide[centre + 1] - wide[centre - 1]);
-      gradient_v[r * kSide_px + c] = 0.5F * (wide[centre + kWide] - wide[centre - kWide]);
+      const std::int32_t i = r * kSide_px + c;
+      value[i] = wide[centre];
+      gradient_u[i] = 0.5F * (wide[centre + 1] - wide[centre - 1]);
+      gradient_v[i] = 0.5F * (wide[centre + kWide] - wide[centre - kWide]);
+      gradient_s[i] =
+          static_cast<float>(c - kHalf_px) * gradient_u[i] + static_cast<float>(r - kHalf_px) * gradient_v[i];
     }
   }
   remove_mean(value);
   remove_mean(gradient_u);
   remove_mean(gradient_v);
+  remove_mean(gradient_s);
   const float uu = dot(gradient_u, gradient_u);
   const float uv = dot(gradient_u, gradient_v);
   const float vv = dot(gradient_v, gradient_v);
@@ -83,20 +90,26 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   value_ = value;
   gradient_u_ = gradient_u;
   gradient_v_ = gradient_v;
-  inverse_uu_ = vv / determinant;
-  inverse_uv_ = -uv / determinant;
-  inverse_vv_ = uu / determinant;
+  gradient_s_ = gradient_s;
+  const float us = dot(gradient_u, gradient_s);
+  const float vs = dot(gradient_v, gradient_s);
+  // The scale of a patch like a straight fan is not seen; the prior then leaves it alone.
+  const float ss = dot(gradient_s, gradient_s) + kScalePrior * kSamples;
+  Eigen::Matrix3f tensor;
+  tensor << uu, uv, us, uv, vv, vs, us, vs, ss;
+  inverse_tensor_ = tensor.inverse();
   energy_ = energy;
   return Status::kOk;
 }
 
 Status PatchTemplate::align(const ImageView& image, const Mat2& warp, PatchPosition& position) const {
-  const Eigen::Matrix2f w = warp.cast<float>();
+  const Eigen::Matrix2f unscaled = warp.cast<float>();
   constexpr auto kHalf = static_cast<float>(kHalf_px);
-  const float reach_u_px = kHalf * (std::fabs(w(0, 0)) + std::fabs(w(0, 1)));
-  const float reach_v_px = kHalf * (std::fabs(w(1, 0)) + std::fabs(w(1, 1)));
   Samples seen;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const Eigen::Matrix2f w = position.scale * unscaled;
+    const float reach_u_px = kHalf * (std::fabs(w(0, 0)) + std::fabs(w(0, 1)));
+    const float reach_v_px = kHalf * (std::fabs(w(1, 0)) + std::fabs(w(1, 1)));
     if (!covers(image, position.u_px, position.v_px, reach_u_px, reach_v_px)) return Status::kRejected;
     for (std::int32_t r = 0; r < kSide_px; ++r) {
       const auto y = static_cast<float>(r - kHalf_px);
@@ -114,14 +127,20 @@ Status PatchTemplate::align(const ImageView& image, const Mat2& warp, PatchPosit
     // The gain that brings the seen patch nearest to the template. A negative one means another thing is seen.
     const float gain = common / seen_energy;
     if (!(gain > 0.0F)) return Status::kIllConditioned;
-    const float along_u = gain * dot(gradient_u_, seen) - dot(gradient_u_, value_);
-    const float along_v = gain * dot(gradient_v_, seen) - dot(gradient_v_, value_);
-    // The image shows at offset x what the template has at x + step; so the feature is at minus the warped step.
-    const float step_u = inverse_uu_ * along_u + inverse_uv_ * along_v;
-    const float step_v = inverse_uv_ * along_u + inverse_vv_ * along_v;
-    position.u_px -= w(0, 0) * step_u + w(0, 1) * step_v;
-    position.v_px -= w(1, 0) * step_u + w(1, 1) * step_v;
-    if (step_u * step_u + step_v * step_v < kConverged_px * kConverged_px) {
+    const Eigen::Vector3f slope(gain * dot(gradient_u_, seen) - dot(gradient_u_, value_),
+                                gain * dot(gradient_v_, seen) - dot(gradient_v_, value_),
+                                gain * dot(gradient_s_, seen) - dot(gradient_s_, value_));
+    const Eigen::Vector3f step = inverse_tensor_ * slope;
+    // The image shows at x what the template has at (1 + step_s) x + step_uv: undo that in the warp.
+    const float growth = 1.0F + step.z();
+    if (!(growth > 0.5F && growth < 2.0F)) return Status::kIllConditioned;
+    position.scale /= growth;
+    if (position.scale > kMaxScale || position.scale < 1.0F / kMaxScale) return Status::kRejected;
+    const Eigen::Vector2f move = position.scale * (unscaled * step.head<2>());
+    position.u_px -= move.x();
+    position.v_px -= move.y();
+    if (step.head<2>().squaredNorm() < kConverged_px * kConverged_px &&
+        std::fabs(step.z()) * kHalf < kConverged_px * 4.0F) {
       return covers(image, position.u_px, position.v_px, 0.0F, 0.0F) ? Status::kOk : Status::kRejected;
     }
   }

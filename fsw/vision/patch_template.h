@@ -4,7 +4,8 @@
 // when the camera does.
 //
 // Alignment is inverse compositional (Baker and Matthews 2004): the gradients are those of the patch and are computed
-// once. Mean and gain are taken out of both sides, so that exposure changes do not matter.
+// once. Position and size are found together. Mean and gain are taken out of both sides, so that exposure changes do
+// not matter.
 
 #include <array>
 #include <cstdint>
@@ -18,6 +19,7 @@ namespace plumb {
 struct PatchPosition {
   float u_px = 0.0F;
   float v_px = 0.0F;
+  float scale = 1.0F;       ///< size of the patch in the image over its size when it was taken, beyond the given warp
   float similarity = 0.0F;  ///< zero-mean normalised cross-correlation, -1 to 1
 };
 
@@ -31,9 +33,9 @@ class PatchTemplate {
   /// texture in some direction; the template is then as before.
   [[nodiscard]] Status capture(const ImageView& image, float u_px, float v_px);
 
-  /// Finds the patch, starting at `position`; `warp` maps offsets from the centre in the patch to offsets in the image
-  /// (both px). kRejected when it leaves the image, kIllConditioned when it does not converge; `position` is then
-  /// undefined.
+  /// Finds the patch, starting at `position` and its scale; `warp` maps offsets from the centre in the patch to offsets
+  /// in the image (both px). kRejected when it leaves the image or changes its size too much, kIllConditioned when it
+  /// does not converge; `position` is then undefined.
   [[nodiscard]] Status align(const ImageView& image, const Mat2& warp, PatchPosition& position) const;
 
  private:
@@ -42,10 +44,9 @@ class PatchTemplate {
   Samples value_{};       ///< grey level less the mean
   Samples gradient_u_{};  ///< grey levels per px, less the mean
   Samples gradient_v_{};
-  float inverse_uu_ = 0.0F;  ///< inverse of the structure tensor
-  float inverse_uv_ = 0.0F;
-  float inverse_vv_ = 0.0F;
-  float energy_ = 0.0F;  ///< sum of value_ squared
+  Samples gradient_s_{};                                          ///< grey levels per unit of scale, less the mean
+  Eigen::Matrix3f inverse_tensor_ = Eigen::Matrix3f::Identity();  ///< of the three gradients
+  float energy_ = 0.0F;                                           ///< sum of value_ squared
 };
 
 }  // namespace plumb

@@ -61,7 +61,7 @@ Flight make_flight(const CameraModel& camera, int count) {
   for (int i = 0; i < count; ++i) {
     View view;
     view.q_WC = so3_exp(Vec3(0.01 * i, -0.008 * i, 0.02 * i));
-    view.p_WC = Vec3(0.012 * i, 0.006 * i, 0.003 * i);
+    view.p_WC = Vec3(0.012 * i, 0.006 * i, 0.01 * i);
     flight.views.push_back(view);
     flight.pictures.push_back(paint(wall, camera, view, 1.0 - 0.02 * i));
   }
