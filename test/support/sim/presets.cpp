@@ -47,9 +47,10 @@ Trajectory excitation(const Vec3& ground_m, double height_m, double length_s) {
   Trajectory flight = stand_and_climb(ground_m, height_m, length_s);
   constexpr double kStart_s = kStand_s + kClimb_s;
   const double span_s = length_s - kStart_s;
-  flight.oscillate(kStart_s, span_s, {1.5, 0.0, 0.0}, 0.0, 0.31)
-      .oscillate(kStart_s, span_s, {0.0, 1.2, 0.0}, 0.0, 0.37, 0.7)
-      .oscillate(kStart_s, span_s, {0.0, 0.0, 0.8}, 0.0, 0.23, 1.9)
+  // Accelerations of 3 m/s^2: the body leans by up to 20 degrees.
+  flight.oscillate(kStart_s, span_s, {0.8, 0.0, 0.0}, 0.0, 0.31)
+      .oscillate(kStart_s, span_s, {0.0, 0.6, 0.0}, 0.0, 0.37, 0.7)
+      .oscillate(kStart_s, span_s, {0.0, 0.0, 0.5}, 0.0, 0.23, 1.9)
       .oscillate(kStart_s, span_s, Vec3::Zero(), 0.6, 0.11, 0.3);
   flight.change_speed(kStart_s, kSpeedUp_s, {0.5, 0.2, 0.0});
   return flight;
