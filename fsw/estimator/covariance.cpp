@@ -98,7 +98,7 @@ void propagate_core(MatrixView p, const Mat15& phi, const Mat15& q) {
   }
   auto core = p.fixed<15, 15>(0, 0);
   // The 15 x 15 block still lacks the right-hand Phi^T.
-  const Mat15 block = core * phi.transpose() + q;
+  const Mat15 block = core.lazyProduct(phi.transpose()) + q;
   core = 0.5 * (block + block.transpose());
   for (std::size_t r = 0; r < kMovingRows; ++r) {
     for (std::size_t c = kCoreSize; c < n; ++c) p(c, r) = p(r, c);
@@ -117,7 +117,8 @@ Mat15 to_nav_covariance(ConstMatrixView p, const Quat& q_WI, const Vec3& p_WI, c
   t.block<3, 3>(at(kNavGyroBias), at(kGyroBias)).setIdentity();
   t.block<3, 3>(at(kNavAccelBias), at(kAccelBias)).setIdentity();
   const Mat15 core = p.fixed<15, 15>(0, 0);
-  return t * core * t.transpose();
+  const Mat15 tc = t.lazyProduct(core);
+  return tc.lazyProduct(t.transpose());
 }
 
 }  // namespace plumb

@@ -9,14 +9,16 @@ namespace plumb {
 namespace {
 
 // "Zero" uncertainty of what defines the world frame: small against every sensor, large against rounding.
-constexpr double kPinnedSigma = 1e-6;          // rad, m
-constexpr double kGivenAttitude = 0.01;        // rad, 1 sigma, start from truth
-constexpr double kGivenVelocity = 0.05;        // m/s
-constexpr double kRestTilt = 0.1;              // rad
-constexpr double kAidingTimeout = 0.5;         // s without images: inertial; twice that without ranges: VIO
-constexpr double kKeptImu = 2.5;               // s of samples behind the horizon, for stillness and starting
+constexpr double kPinnedSigma = 1e-6;    // rad, m
+constexpr double kGivenAttitude = 0.01;  // rad, 1 sigma, start from truth
+constexpr double kGivenVelocity = 0.05;  // m/s
+constexpr double kRestTilt = 0.1;        // rad
+constexpr double kAidingTimeout = 0.5;   // s without images: inertial; twice that without ranges: VIO
+constexpr double kKeptImu = 2.5;         // s of samples behind the horizon, for stillness and starting
 
-bool finite(const std::array<double, 3>& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+bool finite(const std::array<double, 3>& v) {
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
 double norm(const std::array<double, 3>& v) { return Vec3(v.data()).norm(); }
 
 }  // namespace
@@ -29,15 +31,15 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
       observer_(observer),
       visual_(options.vision, calibration),
       range_(options.range, calibration),
-      motion_start_(options, calibration) {}
+      start_window_(options, calibration) {}
 
 template <class Config>
 void Estimator<Config>::reset() {
   state_.clear();
   tracks_.clear();
-  ranges_.clear();
+  while (!ranges_.empty()) drop_oldest_range();
   image_stillness_.clear();
-  start_frames_.clear();
+  start_window_.clear();
   initialised_ = false;
   standing_ = false;
   last_visual_t_ = Time::never();
@@ -90,7 +92,7 @@ Status Estimator<Config>::add_range(const RangeSample& sample) {
   }
   last_range_depth_m_ = (calibration_.p_CR_m + sample.range_m * calibration_.u_C).z();
   last_range_sample_t_ = sample.t;
-  if (ranges_.full()) ranges_.erase(0);
+  if (ranges_.full()) drop_oldest_range();
   return ranges_.push_back(sample);
 }
 
@@ -160,6 +162,12 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
 }
 
 template <class Config>
+void Estimator<Config>::drop_oldest_range() {
+  ranges_.erase(0);
+  count_range(counters_, RangeOutcome::kStale);
+}
+
+template <class Config>
 void Estimator<Config>::propagate_to(Time t) {
   if (!(state_.t < t)) return;
   CoreTransition transition;
@@ -186,23 +194,9 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
       if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
       if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
     }
-    count_range(report_.range_outcome);
+    count_range(counters_, report_.range_outcome);
   }
   return Status::kOk;
-}
-
-template <class Config>
-void Estimator<Config>::count_range(RangeOutcome outcome) {
-  switch (outcome) {
-    case RangeOutcome::kUsed: ++counters_.ranges_used; break;
-    case RangeOutcome::kGated: ++counters_.ranges_gated; break;
-    case RangeOutcome::kNoFacet: ++counters_.ranges_no_facet; break;
-    case RangeOutcome::kBadGeometry: ++counters_.ranges_bad_geometry; break;
-    case RangeOutcome::kStale: ++counters_.ranges_stale; break;
-    case RangeOutcome::kNone:
-    case RangeOutcome::kInvalid:
-    case RangeOutcome::kNotInitialised: ++counters_.ranges_invalid; break;
-  }
 }
 
 template <class Config>
@@ -303,7 +297,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   state_.t = t;
   state_.core = core;
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
-  while (!ranges_.empty() && ranges_.front().t < t) ranges_.erase(0);
+  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range();
   initialised_ = true;
 }
 
@@ -339,7 +333,7 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   add_gravity(state_, stack_, rest.mean_accel_m_s2, options_.imu.gravity_m_s2,
               options_.imu.accel_noise_density / std::sqrt(span_s));
   const Status status = stack_.apply(state_);
-  start_frames_.clear();
+  start_window_.clear();
   return ok(status) ? fuse_image(frame) : status;
 }
 
@@ -353,92 +347,20 @@ void Estimator<Config>::start_from_given(const Frame& frame) {
   core.b_accel_m_s2 = Vec3(given_.b_accel_m_s2.data());
   begin_filter(frame.t, core, start_covariance(kGivenAttitude, kGivenVelocity));
   start_given_ = false;
-  start_frames_.clear();
+  start_window_.clear();
 }
 
 template <class Config>
 Status Estimator<Config>::start_in_motion(const Frame& frame) {
-  const Duration longest = Duration::from_seconds(options_.start.motion_window_max_s);
-  while (!start_frames_.empty() && (start_frames_.full() || frame.t - start_frames_.front().t > longest ||
-                                    start_frames_.front().t < imu_.oldest())) {
-    start_frames_.erase(0);
-  }
-  if (!(imu_.oldest() <= frame.t)) return Status::kNotReady;
-  static_cast<void>(start_frames_.push_back(frame));
-  const double span_s = (frame.t - start_frames_.front().t).seconds();
-  if (span_s < options_.start.motion_window_s || !pose_start_problem()) return Status::kNotReady;
-
-  const Result<StartSolution> solution = motion_start_.solve(start_problem_, imu_);
+  const Result<StartSolution> solution = start_window_.try_start(frame, imu_, ranges_);
   if (!solution) return Status::kNotReady;
-  const bool waited = span_s > 0.9 * options_.start.motion_window_max_s;
-  const bool known = scale_is_known(*solution, start_frames_.front().t, frame.t);
-  if (!known && !waited) return Status::kNotReady;
-
-  begin_filter(start_frames_.front().t, solution->core, solution->prior);
+  begin_filter(start_window_.frames().front().t, solution->core, solution->prior);
   Status status = Status::kOk;
-  for (std::size_t i = 0; i < start_frames_.size() && ok(status); ++i) status = fuse_image(start_frames_[i]);
-  start_frames_.clear();
+  for (std::size_t i = 0; i < start_window_.frames().size() && ok(status); ++i) {
+    status = fuse_image(start_window_.frames()[i]);
+  }
+  start_window_.clear();
   return status;
-}
-
-template <class Config>
-bool Estimator<Config>::scale_is_known(const StartSolution& solution, Time from, Time to) const {
-  constexpr double kKnownVelocity = 0.15;      // of the speed, 1 sigma: below it there is no point in waiting
-  constexpr double kKnownSlowVelocity = 0.05;  // m/s
-  constexpr std::size_t kMinRanges = 3;
-  constexpr double kMinExcitation = 0.3;       // m/s^2: at constant velocity the fit's own sigma cannot be believed
-  const double speed = solution.core.motion.v_WI_m_s.norm();
-  const bool precise = solution.velocity_sigma_m_s < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
-  const bool ranged = solution.ranges_fitting >= kMinRanges && 2 * solution.ranges_fitting > start_problem_.ranges.size();
-  return precise && (ranged || imu_.statistics(from, to).accel_deviation_m_s2 > kMinExcitation);
-}
-
-template <class Config>
-bool Estimator<Config>::pose_start_problem() {
-  StartProblem& problem = start_problem_;
-  problem.images.clear();
-  problem.features.clear();
-  problem.ranges.clear();
-  const std::size_t frames = start_frames_.size();
-  const std::size_t images = std::min(frames, kMaxStartImages);
-  std::array<std::size_t, kMaxStartImages> chosen{};
-  for (std::size_t i = 0; i < images; ++i) {  // evenly spread, the first and the last among them
-    chosen[i] = i * (frames - 1) / (images - 1);
-    static_cast<void>(problem.images.push_back(start_frames_[chosen[i]].t));
-  }
-  // Every k-th of the tracks that reach far enough back: in order of birth alone, the oldest would all sit at the image
-  // edge they are about to leave by.
-  constexpr std::size_t kMinEarlier = 3;
-  const auto& now = start_frames_.back().observations;
-  const auto history = [&](std::uint32_t id) {
-    StartFeature feature;
-    for (std::size_t i = 0; i + 1 < images; ++i) {
-      const auto& seen = start_frames_[chosen[i]].observations;
-      const auto found = std::lower_bound(seen.begin(), seen.end(), id,
-                                          [](const FeatureObservation& o, std::uint32_t k) { return o.track_id < k; });
-      if (found == seen.end() || found->track_id != id) continue;
-      static_cast<void>(feature.earlier.push_back({i, Vec2(found->x, found->y)}));
-    }
-    return feature;
-  };
-  std::size_t usable = 0;
-  for (const FeatureObservation& o : now) usable += history(o.track_id).earlier.size() >= kMinEarlier ? 1 : 0;
-  std::size_t rank = 0;
-  for (const FeatureObservation& o : now) {
-    StartFeature feature = history(o.track_id);
-    if (feature.earlier.size() < kMinEarlier) continue;
-    feature.anchor_z = Vec2(o.x, o.y);
-    const std::size_t wanted = std::min(usable, kMaxStartFeatures);
-    if (rank * wanted / usable != (rank + 1) * wanted / usable) static_cast<void>(problem.features.push_back(feature));
-    ++rank;
-  }
-  const Time first = problem.images.front();
-  const Time last = problem.images.back();
-  for (const RangeSample& range : ranges_) {
-    if (range.t < first || range.t > last || problem.ranges.full()) continue;
-    static_cast<void>(problem.ranges.push_back({range.t, range.range_m}));
-  }
-  return !problem.features.empty();
 }
 
 template <class Config>
@@ -451,7 +373,9 @@ template <class Config>
 void Estimator<Config>::publish(bool visual, Time t) {
   if (visual) last_visual_t_ = t;
   if (!initialised_) return;
-  const auto within = [t](Time last, double limit_s) { return last != Time::never() && (t - last).seconds() <= limit_s; };
+  const auto within = [t](Time last, double limit_s) {
+    return last != Time::never() && (t - last).seconds() <= limit_s;
+  };
   nav_.t = state_.t;
   nav_.valid = true;
   const bool vision = within(last_visual_t_, kAidingTimeout) || standing_;

@@ -7,11 +7,11 @@
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
 #include "fsw/estimator/imu_buffer.h"
-#include "fsw/estimator/motion_start.h"
 #include "fsw/estimator/options.h"
 #include "fsw/estimator/range_update.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/standing.h"
+#include "fsw/estimator/start_window.h"
 #include "fsw/estimator/visual_update.h"
 #include "fsw/measurement/nav_state.h"
 #include "fsw/measurement/samples.h"
@@ -60,12 +60,11 @@ class Estimator {
   std::uint64_t state_hash() const { return state_.hash(); }
 
  private:
-  static constexpr std::size_t kMaxPendingRanges = 64;
-  static constexpr std::size_t kMaxStartFrames = 48;  ///< 1.5 s at 30 Hz
   using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
 
   Status fuse_image(const Frame& frame);
   Status fuse_ranges_until(Time t, bool including);
+  void drop_oldest_range();
   void propagate_to(Time t);
   void make_room_for_clone();
   StandingNoise standing_noise() const;
@@ -77,10 +76,6 @@ class Estimator {
   void begin_filter(Time t, const CoreState& core, const Mat15& covariance);
   /// Independent priors; yaw and position pinned, biases from the options.
   Mat15 start_covariance(double tilt_rad, double velocity_m_s) const;
-  bool pose_start_problem();
-  /// Whether velocity and with it scale can be believed already, or a longer window should be waited for.
-  bool scale_is_known(const StartSolution& solution, Time from, Time to) const;
-  void count_range(RangeOutcome outcome);
   DepthPrior depth_prior() const;
   /// Of the features whose depth is known; 0 when there are too few.
   double median_depth_m() const;
@@ -91,16 +86,14 @@ class Estimator {
   StageObserver* observer_;
 
   ImuBuffer imu_;
-  FixedVector<RangeSample, kMaxPendingRanges> ranges_;
+  PendingRanges ranges_;
   FilterState<Config> state_;
   Table tracks_;
   UpdateStack<Config> stack_;
   VisualUpdate<Config> visual_;
   RangeUpdate<Config> range_;
   ImageStillness<Config::kMaxTracks> image_stillness_;
-  MotionStart motion_start_;
-  StartProblem start_problem_;
-  FixedVector<Frame, kMaxStartFrames> start_frames_;
+  StartWindow<Config::kMaxTracks> start_window_;
 
   bool initialised_ = false;
   bool standing_ = false;

@@ -74,7 +74,8 @@ Result<FacetChoice> find_facet(std::span<const Vec2> points, const Vec2& query) 
       }
     }
     if (leaving < 0) return Status::kNotReady;
-    t[static_cast<std::size_t>(leaving)] = {points[entering], (points[entering] - query).squaredNorm(), entering, false};
+    t[static_cast<std::size_t>(leaving)] = {points[entering], (points[entering] - query).squaredNorm(), entering,
+                                            false};
   }
   FacetChoice choice;
   for (std::size_t j = 0; j < 3; ++j) {

@@ -61,7 +61,8 @@ class FilterState {
     return Config::kMaxPoses;
   }
 
-  /// Drops the i-th oldest pose. Features anchored there move to the newest other pose first; one that cannot is removed.
+  /// Drops the i-th oldest pose. Features anchored there move to the newest other pose first; one that cannot is
+  /// removed.
   void drop_pose(std::size_t i);
   /// Appends the present camera pose. Precondition: the window has a free slot.
   void clone_camera(std::uint32_t sequence, const Quat& q_IC, const Vec3& p_IC_m);

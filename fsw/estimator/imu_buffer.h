@@ -14,7 +14,7 @@ struct ImuStatistics {
   std::size_t count = 0;
   Vec3 mean_gyro_rad_s = Vec3::Zero();
   Vec3 mean_accel_m_s2 = Vec3::Zero();
-  double gyro_deviation_rad_s = 0.0;   ///< root of the summed variances of the three axes
+  double gyro_deviation_rad_s = 0.0;  ///< root of the summed variances of the three axes
   double accel_deviation_m_s2 = 0.0;
 };
 
@@ -57,9 +57,7 @@ class ImuBuffer {
   ImuStatistics statistics(Time from, Time to) const;
 
  private:
-  static InertialRates rates(const ImuSample& s) {
-    return {Vec3(s.gyro_rad_s.data()), Vec3(s.accel_m_s2.data())};
-  }
+  static InertialRates rates(const ImuSample& s) { return {Vec3(s.gyro_rad_s.data()), Vec3(s.accel_m_s2.data())}; }
   const ImuSample& at(std::size_t i) const { return samples_[(first_ + i) % kCapacity]; }
   /// Index of the first sample after t.
   std::size_t first_after(Time t) const;

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kMaxIterations = 20;
 constexpr std::size_t kMinFeatures = 10;
-constexpr double kMinFlowPx = 4.0;             // of the median feature: without flow there is nothing to tell from
-constexpr double kHuber = 2.0;                 // sigmas
+constexpr double kMinFlowPx = 4.0;  // of the median feature: without flow there is nothing to tell from
+constexpr double kHuber = 2.0;      // sigmas
 constexpr double kMaxRmsPx = 2.0;
 constexpr double kRelativeFacetError = 0.1;    // of the inverse depth: how flat a facet is taken to be
 constexpr double kDefaultInverseDepth = 0.5;   // 1/m, first guess without a range
@@ -49,18 +49,21 @@ Surface surface_at(const StartProblem& problem, const Vec2& query) {
   const Result<FacetChoice> facet = find_facet({points.data(), points.size()}, query);
   if (facet) {
     Mat3 corners;
-    for (std::size_t j = 0; j < 3; ++j) corners.col(static_cast<Eigen::Index>(j)) = points[facet->vertices[j]].homogeneous();
+    for (std::size_t j = 0; j < 3; ++j)
+      corners.col(static_cast<Eigen::Index>(j)) = points[facet->vertices[j]].homogeneous();
     return {facet->vertices, corners.inverse() * query.homogeneous(), kRelativeFacetError};
   }
   const auto nearer = [&](const Vec2& a, const Vec2& b) { return (a - query).norm() < (b - query).norm(); };
-  const auto nearest = static_cast<std::size_t>(std::min_element(points.begin(), points.end(), nearer) - points.begin());
+  const auto nearest =
+      static_cast<std::size_t>(std::min_element(points.begin(), points.end(), nearer) - points.begin());
   out.features = {nearest, nearest, nearest};  // weight on the first; the others count nothing
   return out;
 }
 
 double median_flow(const StartProblem& problem) {
   FixedVector<double, kMaxStartFeatures> flow;
-  for (const StartFeature& f : problem.features) static_cast<void>(flow.push_back((f.earlier[0].z - f.anchor_z).norm()));
+  for (const StartFeature& f : problem.features)
+    static_cast<void>(flow.push_back((f.earlier[0].z - f.anchor_z).norm()));
   std::sort(flow.begin(), flow.end());
   return flow[flow.size() / 2];
 }
@@ -122,7 +125,9 @@ MotionStart::Estimate MotionStart::first_guess(const StartProblem& problem, cons
   const Time first = problem.images.front();
   const Time from = std::max(imu.oldest(), first - Duration::from_ms(1000));
   KinematicState s;
-  const auto step = [&s](const InertialRates& a, const InertialRates& b, double dt) { strapdown_step(s, a, b, dt, 0.0); };
+  const auto step = [&s](const InertialRates& a, const InertialRates& b, double dt) {
+    strapdown_step(s, a, b, dt, 0.0);
+  };
   imu.for_each_interval(from, first, step);
   const Quat q_first = s.q_WI;
   imu.for_each_interval(first, problem.images.back(), step);

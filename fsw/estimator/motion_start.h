@@ -1,12 +1,12 @@
 #pragma once
 // Starting in motion: the velocity, tilt and biases that best explain how features flowed over the last half second.
 //
-// Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the 15
-// core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean specific
-// force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The filter is then started at
-// the window's first image and fuses the same images again, so the solution serves it as the point to linearise about
-// and as a prior in which the window counts for a ninth: wide enough that the second use hardly matters, narrow enough
-// that the filter stays where its linearisation holds.
+// Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the
+// 15 core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean
+// specific force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The filter is then
+// started at the window's first image and fuses the same images again, so the solution serves it as the point to
+// linearise about and as a prior in which the window counts for a ninth: wide enough that the second use hardly
+// matters, narrow enough that the filter stays where its linearisation holds.
 
 #include <span>
 
@@ -76,7 +76,8 @@ class MotionStart {
 
   Estimate first_guess(const StartProblem& problem, const ImuBuffer& imu) const;
   void integrate(const StartProblem& problem, const ImuBuffer& imu, const CoreState& core);
-  /// Fills the normal equations at the estimate; returns the robust cost, infinite when a feature falls behind a camera.
+  /// Fills the normal equations at the estimate; returns the robust cost, infinite when a feature falls behind a
+  /// camera.
   double linearise(const StartProblem& problem, const ImuBuffer& imu, const Estimate& estimate);
   double add_feature(const StartProblem& problem, std::size_t index, double rho);
   double add_range(const StartProblem& problem, std::size_t index, const Estimate& estimate);

@@ -1,6 +1,6 @@
 #pragma once
-// Run-time settings of the estimator. Defaults are the shipped ones; names, units and ranges stand in the parameter table
-// (fsw/app/parameters.cpp).
+// Run-time settings of the estimator. Defaults are the shipped ones; names, units and ranges stand in the parameter
+// table (fsw/app/parameters.cpp).
 
 #include "fsw/math/so3.h"
 
@@ -8,59 +8,59 @@ namespace plumb {
 
 /// Where the sensors sit. Filled from calibration files, never from defaults in flight.
 struct SensorCalibration {
-  Quat q_IC = Quat::Identity();        ///< rotates from camera C to IMU I
-  Vec3 p_IC_m = Vec3::Zero();          ///< camera origin in I
-  Vec3 p_CR_m = Vec3::Zero();          ///< range finder origin in C
-  Vec3 u_C = Vec3::UnitZ();            ///< beam direction in C, unit length
-  double focal_px = 0.0;               ///< converts pixel noise to the normalised plane
-  double half_fov_x = 0.0;             ///< half width of the image in the normalised plane: tiles are laid over it
+  Quat q_IC = Quat::Identity();  ///< rotates from camera C to IMU I
+  Vec3 p_IC_m = Vec3::Zero();    ///< camera origin in I
+  Vec3 p_CR_m = Vec3::Zero();    ///< range finder origin in C
+  Vec3 u_C = Vec3::UnitZ();      ///< beam direction in C, unit length
+  double focal_px = 0.0;         ///< converts pixel noise to the normalised plane
+  double half_fov_x = 0.0;       ///< half width of the image in the normalised plane: tiles are laid over it
   double half_fov_y = 0.0;
 };
 
 struct ImuOptions {
-  double gyro_noise_density = 2.0e-4;        ///< rad/s/sqrt(Hz)
-  double gyro_bias_walk = 2.0e-5;            ///< rad/s^2/sqrt(Hz)
-  double accel_noise_density = 2.0e-3;       ///< m/s^2/sqrt(Hz)
-  double accel_bias_walk = 3.0e-3;           ///< m/s^3/sqrt(Hz)
+  double gyro_noise_density = 2.0e-4;   ///< rad/s/sqrt(Hz)
+  double gyro_bias_walk = 2.0e-5;       ///< rad/s^2/sqrt(Hz)
+  double accel_noise_density = 2.0e-3;  ///< m/s^2/sqrt(Hz)
+  double accel_bias_walk = 3.0e-3;      ///< m/s^3/sqrt(Hz)
   double gravity_m_s2 = 9.80665;
-  double max_gap_s = 0.1;                    ///< a longer hole in the IMU stream is a fault: re-initialise
-  double max_accel_m_s2 = 160.0;             ///< beyond this a sample is a fault: counted, not used
+  double max_gap_s = 0.1;         ///< a longer hole in the IMU stream is a fault: re-initialise
+  double max_accel_m_s2 = 160.0;  ///< beyond this a sample is a fault: counted, not used
   double max_gyro_rad_s = 35.0;
 };
 
 struct VisionOptions {
-  double pixel_noise_px = 1.0;               ///< 1 sigma of a tracked feature
-  double gate_probability = 0.95;            ///< chi-square gate of visual rows
-  double min_parallax_px = 6.0;              ///< rotation-free track extent needed to triangulate
-  double min_depth_m = 0.2;                  ///< semi-infinite start: rho0 = 1/(2 d_min)
-  double max_depth_m = 300.0;                ///< beyond this a triangulated feature is not used
-  int min_track_length = 4;                  ///< observations an ended track must have to be used
-  int slam_min_track_length = 6;             ///< observations before a track may enter the state without parallax
-  int max_rejections = 3;                    ///< consecutive gate failures that evict a SLAM feature
-  int tiles_x = 4;                           ///< SLAM features are spread over tiles_x x tiles_y
+  double pixel_noise_px = 1.0;     ///< 1 sigma of a tracked feature
+  double gate_probability = 0.95;  ///< chi-square gate of visual rows
+  double min_parallax_px = 6.0;    ///< rotation-free track extent needed to triangulate
+  double min_depth_m = 0.2;        ///< semi-infinite start: rho0 = 1/(2 d_min)
+  double max_depth_m = 300.0;      ///< beyond this a triangulated feature is not used
+  int min_track_length = 4;        ///< observations an ended track must have to be used
+  int slam_min_track_length = 6;   ///< observations before a track may enter the state without parallax
+  int max_rejections = 3;          ///< consecutive gate failures that evict a SLAM feature
+  int tiles_x = 4;                 ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
 };
 
 struct RangeOptions {
   bool enabled = true;
-  double noise_m = 0.05;                     ///< 1 sigma of the device
+  double noise_m = 0.05;  ///< 1 sigma of the device
   double min_range_m = 0.1;
   double max_range_m = 40.0;
-  double gate_sigma = 2.0;                   ///< Mahalanobis gate, the paper's value
-  double max_age_s = 0.1;                    ///< older than this against the horizon: stale
-  double max_incidence_deg = 75.0;           ///< between the beam and the facet's normal
-  double max_facet_edge = 0.6;               ///< longest edge in the normalised image plane
+  double gate_sigma = 2.0;          ///< Mahalanobis gate, the paper's value
+  double max_age_s = 0.1;           ///< older than this against the horizon: stale
+  double max_incidence_deg = 75.0;  ///< between the beam and the facet's normal
+  double max_facet_edge = 0.6;      ///< longest edge in the normalised image plane
 };
 
 struct StartOptions {
-  double gyro_bias_sigma_rad_s = 0.05;       ///< turn-on bias of the hardware
+  double gyro_bias_sigma_rad_s = 0.05;  ///< turn-on bias of the hardware
   double accel_bias_sigma_m_s2 = 0.15;
-  double still_gyro_rad_s = 0.02;            ///< IMU counts as still below these standard deviations
+  double still_gyro_rad_s = 0.02;  ///< IMU counts as still below these standard deviations
   double still_accel_m_s2 = 0.15;
-  double still_image_px = 0.5;               ///< and the median feature moves less than this over the window
+  double still_image_px = 0.5;  ///< and the median feature moves less than this over the window
   double still_window_s = 0.5;
-  double motion_window_s = 0.5;              ///< shortest span an in-motion start is tried on
-  double motion_window_max_s = 1.5;          ///< longest: then it starts with the uncertainty it has
+  double motion_window_s = 0.5;      ///< shortest span an in-motion start is tried on
+  double motion_window_max_s = 1.5;  ///< longest: then it starts with the uncertainty it has
 };
 
 struct EstimatorOptions {

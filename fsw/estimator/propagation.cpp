@@ -2,6 +2,7 @@
 
 namespace plumb {
 namespace {
+using Mat1512 = Eigen::Matrix<double, 15, 12, Eigen::RowMajor>;
 constexpr auto at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 }  // namespace
 
@@ -46,11 +47,12 @@ void propagate_step(CoreState& state, CoreTransition& transition, const Inertial
   middle.v_WI_m_s = 0.5 * (before.v_WI_m_s + state.motion.v_WI_m_s);
   const Mat15 f = error_dynamics(middle, options.gravity_m_s2) * dt_s;
   // F is nilpotent of order 4 (bias -> attitude -> velocity -> position): the exponential ends after the cube.
-  const Mat15 f2 = f * f;
-  const Mat15 phi = Mat15::Identity() + f + 0.5 * f2 + (1.0 / 6.0) * (f2 * f);
+  const Mat15 f2 = f.lazyProduct(f);
+  const Mat15 f3 = f2.lazyProduct(f);
+  const Mat15 phi = Mat15::Identity() + f + 0.5 * f2 + (1.0 / 6.0) * f3;
 
   // White noise enters where the biases do, and its sign does not matter to the covariance: G = F's bias columns.
-  Eigen::Matrix<double, 15, 12, Eigen::RowMajor> g = Eigen::Matrix<double, 15, 12, Eigen::RowMajor>::Zero();
+  Mat1512 g = Mat1512::Zero();
   g.leftCols<6>() = f.block<15, 6>(0, at(kGyroBias)) / dt_s;
   g.block<6, 6>(at(kGyroBias), 6).setIdentity();
   Eigen::Matrix<double, 12, 1> density;
@@ -60,11 +62,13 @@ void propagate_step(CoreState& state, CoreTransition& transition, const Inertial
       Vec3::Constant(options.accel_bias_walk * options.accel_bias_walk);
   // Phi_half Q_c Phi_half^T dt: exact to second order in dt and positive semidefinite by construction.
   const Mat15 half = Mat15::Identity() + 0.5 * f + 0.125 * f2;
-  const Eigen::Matrix<double, 15, 12, Eigen::RowMajor> hg = half * g;
-  const Mat15 q = hg * (density * dt_s).asDiagonal() * hg.transpose();
+  const Mat1512 hg = half.lazyProduct(g);
+  const Mat1512 weighted = hg * (density * dt_s).asDiagonal();
 
-  transition.phi = phi * transition.phi;
-  transition.q = phi * transition.q * phi.transpose() + q;
+  const Mat15 phi_q = phi.lazyProduct(transition.q);
+  transition.q = phi_q.lazyProduct(phi.transpose()) + weighted.lazyProduct(hg.transpose());
+  const Mat15 chained = phi.lazyProduct(transition.phi);
+  transition.phi = chained;
 }
 
 }  // namespace plumb

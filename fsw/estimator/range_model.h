@@ -11,8 +11,8 @@ namespace plumb {
 
 /// The beam in the camera frame.
 struct Beam {
-  Vec3 p_CR_m = Vec3::Zero();   ///< origin of the range finder in C
-  Vec3 u_C = Vec3::UnitZ();     ///< unit direction in C
+  Vec3 p_CR_m = Vec3::Zero();  ///< origin of the range finder in C
+  Vec3 u_C = Vec3::UnitZ();    ///< unit direction in C
 };
 
 struct FacetVertex {
@@ -23,10 +23,10 @@ using Facet = std::array<FacetVertex, 3>;
 
 struct RangePrediction {
   double range_m = 0.0;
-  double cos_incidence = 0.0;                ///< |u . n| / |n|: 1 when the beam hits square
-  Vec3 lambda = Vec3::Zero();                ///< barycentric coordinates of the impact, sum 1
-  Row6 by_camera = Row6::Zero();             ///< d range / d (theta, xi_p) of the camera (or of the IMU carrying it)
-  std::array<Row6, 3> by_anchor{};           ///< d range / d (theta, xi_p) of each vertex's anchor
+  double cos_incidence = 0.0;       ///< |u . n| / |n|: 1 when the beam hits square
+  Vec3 lambda = Vec3::Zero();       ///< barycentric coordinates of the impact, sum 1
+  Row6 by_camera = Row6::Zero();    ///< d range / d (theta, xi_p) of the camera (or of the IMU carrying it)
+  std::array<Row6, 3> by_anchor{};  ///< d range / d (theta, xi_p) of each vertex's anchor
   std::array<Eigen::RowVector3d, 3> by_feature{};  ///< d range / d (alpha, beta, rho) of each vertex
 };
 

@@ -36,8 +36,8 @@ class RangeUpdate {
   }
   /// A feature the beam's surroundings are judged by, in the camera at the time of the range.
   struct Neighbour {
-    Vec2 z = Vec2::Zero();           ///< normalised image plane
-    double inverse_depth = 0.0;      ///< 1/m, along the optical axis
+    Vec2 z = Vec2::Zero();       ///< normalised image plane
+    double inverse_depth = 0.0;  ///< 1/m, along the optical axis
     double inverse_depth_sigma = 0.0;
     std::size_t feature = 0;
   };
@@ -116,8 +116,8 @@ Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_be
 
 template <class Config>
 double RangeUpdate<Config>::relief_about(const FacetChoice& facet, const Vec2& query, double range_m) const {
-  // Inverse depth is affine in image coordinates over a plane. The features next to the facet say whether its plane goes
-  // on; where it does not, there is an edge near, and the beam may not hit what the three vertices stand on.
+  // Inverse depth is affine in image coordinates over a plane. The features next to the facet say whether its plane
+  // goes on; where it does not, there is an edge near, and the beam may not hit what the three vertices stand on.
   constexpr std::size_t kAsked = 4;
   Mat3 corners;
   Eigen::RowVector3d values;
@@ -145,7 +145,8 @@ double RangeUpdate<Config>::relief_about(const FacetChoice& facet, const Vec2& q
 
 template <class Config>
 RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
-                                          const CameraPose& camera, const Target& target, double range_m, FrameReport& report) {
+                                          const CameraPose& camera, const Target& target, double range_m,
+                                          FrameReport& report) {
   constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
   const Vertices& vertices = target.vertices;
   Facet facet;
@@ -166,7 +167,8 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   MatrixView h = stack.open(1);
   Support support;
   const auto add = [&](std::size_t at, const auto& row) {  // anchors may coincide: contributions add up
-    for (Eigen::Index k = 0; k < row.size(); ++k) h(0, at + static_cast<std::size_t>(k)) += ratio * ratio * row(k) / sigma;
+    for (Eigen::Index k = 0; k < row.size(); ++k)
+      h(0, at + static_cast<std::size_t>(k)) += ratio * ratio * row(k) / sigma;
   };
   add(kTheta, prediction.by_camera);  // the camera is fixed to the IMU: both have the same (theta, xi_p)
   static_cast<void>(support.push_back({kTheta, kPoseSize}));

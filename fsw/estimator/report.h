@@ -8,19 +8,19 @@ namespace plumb {
 
 /// Why a range was or was not used. Exactly one per range sample.
 enum class RangeOutcome : std::uint8_t {
-  kNone = 0,        ///< no range in this frame
+  kNone = 0,  ///< no range in this frame
   kUsed,
-  kGated,           ///< failed the Mahalanobis gate
-  kNoFacet,         ///< no facet under the beam
-  kBadGeometry,     ///< grazing incidence, facet too large, or depth not in front
-  kStale,           ///< too old, or at or before the horizon
-  kInvalid,         ///< no return, out of the device's limits, not finite
+  kGated,        ///< failed the Mahalanobis gate
+  kNoFacet,      ///< no facet under the beam
+  kBadGeometry,  ///< grazing incidence, facet too large, or depth not in front
+  kStale,        ///< too old, or at or before the horizon
+  kInvalid,      ///< no return, out of the device's limits, not finite
   kNotInitialised,
 };
 
 struct FrameReport {
-  std::uint32_t tracks = 0;            ///< features seen in this image
-  std::uint32_t slam_features = 0;     ///< in the state after this frame
+  std::uint32_t tracks = 0;         ///< features seen in this image
+  std::uint32_t slam_features = 0;  ///< in the state after this frame
   std::uint32_t slam_used = 0;
   std::uint32_t slam_rejected = 0;
   std::uint32_t slam_added = 0;
@@ -31,14 +31,14 @@ struct FrameReport {
   std::array<std::uint32_t, 3> range_facet{};  ///< track ids of the facet's vertices; all zero: none under the beam
   double range_measured_m = 0.0;
   double range_predicted_m = 0.0;
-  double range_sigma_m = 0.0;          ///< of the innovation
-  bool zero_velocity = false;          ///< the zero-velocity update ran
+  double range_sigma_m = 0.0;  ///< of the innovation
+  bool zero_velocity = false;  ///< the zero-velocity update ran
 };
 
 struct EstimatorCounters {
   std::uint64_t imu_samples = 0;
   std::uint64_t imu_out_of_order = 0;
-  std::uint64_t imu_invalid = 0;       ///< not finite or beyond the limits
+  std::uint64_t imu_invalid = 0;  ///< not finite or beyond the limits
   std::uint64_t imu_gaps = 0;
   std::uint64_t imu_overflow = 0;
   std::uint64_t frames = 0;
@@ -54,5 +54,19 @@ struct EstimatorCounters {
   std::uint64_t numerical_faults = 0;
   std::uint64_t resets = 0;
 };
+
+/// Files one range under its outcome, so that the range counters add up to `ranges`.
+inline void count_range(EstimatorCounters& counters, RangeOutcome outcome) {
+  switch (outcome) {
+    case RangeOutcome::kUsed: ++counters.ranges_used; return;
+    case RangeOutcome::kGated: ++counters.ranges_gated; return;
+    case RangeOutcome::kNoFacet: ++counters.ranges_no_facet; return;
+    case RangeOutcome::kBadGeometry: ++counters.ranges_bad_geometry; return;
+    case RangeOutcome::kStale: ++counters.ranges_stale; return;
+    case RangeOutcome::kNone:
+    case RangeOutcome::kInvalid:
+    case RangeOutcome::kNotInitialised: ++counters.ranges_invalid; return;
+  }
+}
 
 }  // namespace plumb

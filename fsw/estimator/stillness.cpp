@@ -53,7 +53,8 @@ double smooth_flow_rms(const Displacement* displacements, std::size_t count) {
   const Affine first = field;
   if (limit > 0.0 && !fit(displacements, count, first, limit, field)) return kUndetermined;
   double flow = 0.0;
-  for (std::size_t i = 0; i < count; ++i) flow += (field.transpose() * displacements[i].from.homogeneous()).squaredNorm();
+  for (std::size_t i = 0; i < count; ++i)
+    flow += (field.transpose() * displacements[i].from.homogeneous()).squaredNorm();
   return std::sqrt(flow / static_cast<double>(count));
 }
 

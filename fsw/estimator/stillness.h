@@ -20,9 +20,9 @@ struct Displacement {
   Vec2 by = Vec2::Zero();
 };
 
-/// Root mean square, over the features, of the affine flow field that fits the displacements best. Shift, turn, approach
-/// and shear of the image all show in it, while the noise of single features averages out. Features that move against
-/// the rest are left out of a second fit. Infinite when the points do not determine a field.
+/// Root mean square, over the features, of the affine flow field that fits the displacements best. Shift, turn,
+/// approach and shear of the image all show in it, while the noise of single features averages out. Features that move
+/// against the rest are left out of a second fit. Infinite when the points do not determine a field.
 double smooth_flow_rms(const Displacement* displacements, std::size_t count);
 
 /// What the images say about standing still.
@@ -47,8 +47,8 @@ class ImageStillness {
     constexpr double kFlowFloor = 0.2;          // of the limit: what tracking errors can hide
     const std::size_t common = has_reference_ ? compare(frame) : 0;
     const double age_s = has_reference_ ? (frame.t - reference_.t).seconds() : 0.0;
-    const double flow = common < kMinCommon ? std::numeric_limits<double>::infinity()
-                                            : smooth_flow_rms(displacements_.data(), common);
+    const double flow =
+        common < kMinCommon ? std::numeric_limits<double>::infinity() : smooth_flow_rms(displacements_.data(), common);
     const bool moved = flow > limit_normalised;
     const bool long_enough = age_s >= window_s;
     // Just after a renewal the new reference is young; what was still before stays so until it moves.

@@ -1,7 +1,7 @@
 #pragma once
-// The rows of one feature track that is not in the state (paper section III-B, MSCKF): all its observations stacked, the
-// feature's own columns taken out by an orthogonal transformation. What is left sees poses only; what was taken out is
-// the start of a SLAM feature, should it become one (delayed initialisation).
+// The rows of one feature track that is not in the state (paper section III-B, MSCKF): all its observations stacked,
+// the feature's own columns taken out by an orthogonal transformation. What is left sees poses only; what was taken out
+// is the start of a SLAM feature, should it become one (delayed initialisation).
 
 #include "fsw/estimator/chi_square.h"
 #include "fsw/estimator/options.h"
@@ -23,7 +23,9 @@ struct TrackRows {
   MatrixStorage<kMaxRows, kColumns> work;
 
   /// The rows that see poses only: (rows - 3) x (poses | residual).
-  MatrixView pose_rows() { return work.view().block(kFeatureSize, kFeatureSize, rows - kFeatureSize, kPoseColumns + 1); }
+  MatrixView pose_rows() {
+    return work.view().block(kFeatureSize, kFeatureSize, rows - kFeatureSize, kPoseColumns + 1);
+  }
   /// The rows that determine the feature: 3 x (feature upper triangle | poses | residual).
   ConstMatrixView feature_rows() const { return work.view().block(0, 0, kFeatureSize, kColumns); }
 };

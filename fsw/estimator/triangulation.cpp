@@ -8,7 +8,7 @@ namespace plumb {
 namespace {
 
 constexpr int kMaxIterations = 8;
-constexpr double kConverged = 1e-9;      // step length, relative to the parameters
+constexpr double kConverged = 1e-9;  // step length, relative to the parameters
 constexpr double kMaxDamping = 1e6;
 
 /// Depth along the anchor's ray by linear least squares: in each view z x R^T(rho (p_a - p_c) + d) = 0.

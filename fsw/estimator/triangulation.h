@@ -19,8 +19,8 @@ struct View {
 using Views = FixedVector<View, kMaxTrackLength>;
 
 struct TriangulationLimits {
-  double min_parallax = 0.01;     ///< normalised-plane extent of the rotation-free track
-  double max_rms = 0.01;          ///< of the reprojection residual, normalised plane
+  double min_parallax = 0.01;  ///< normalised-plane extent of the rotation-free track
+  double max_rms = 0.01;       ///< of the reprojection residual, normalised plane
   double min_depth_m = 0.05;
   double max_depth_m = 300.0;
 };

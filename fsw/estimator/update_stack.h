@@ -3,8 +3,8 @@
 //
 //     S = H P H^T + I = L L^T,   W = L^-1 H P,   dx = W^T L^-1 r,   P <- P - W^T W
 //
-// Every eigenvalue of S is at least 1, so the factorisation cannot fail on a sound covariance, and P - W^T W is symmetric
-// bit for bit. Rows know which of their columns are non-zero and cost accordingly.
+// Every eigenvalue of S is at least 1, so the factorisation cannot fail on a sound covariance, and P - W^T W is
+// symmetric bit for bit. Rows know which of their columns are non-zero and cost accordingly.
 
 #include <algorithm>
 

@@ -17,10 +17,10 @@ struct CameraPose {
 using FeatureParameters = Vec3;
 
 struct VisualPrediction {
-  Vec2 z = Vec2::Zero();              ///< normalised image plane of the observing camera
-  double depth_times_rho = 0.0;       ///< depth along z of the observing camera, times rho; positive when in front
-  Mat26 by_pose = Mat26::Zero();      ///< dz / d(theta, xi_p) of the observing pose; the anchor's is the negative
-  Mat23 by_feature = Mat23::Zero();   ///< dz / d(alpha, beta, rho)
+  Vec2 z = Vec2::Zero();             ///< normalised image plane of the observing camera
+  double depth_times_rho = 0.0;      ///< depth along z of the observing camera, times rho; positive when in front
+  Mat26 by_pose = Mat26::Zero();     ///< dz / d(theta, xi_p) of the observing pose; the anchor's is the negative
+  Mat23 by_feature = Mat23::Zero();  ///< dz / d(alpha, beta, rho)
 };
 
 /// kInvalidValue when the feature is not in front of the observing camera. rho may be zero (a point at infinity).

@@ -1,0 +1,132 @@
+#pragma once
+// Starting in motion, the part that remembers: the last second of images, the problem posed to MotionStart from them,
+// and the decision whether its answer can be believed yet.
+
+#include <algorithm>
+
+#include "fsw/estimator/motion_start.h"
+#include "fsw/vision/feature_frame.h"
+
+namespace plumb {
+
+/// Ranges that wait to be fused, in order of time.
+inline constexpr std::size_t kMaxPendingRanges = 64;
+using PendingRanges = FixedVector<RangeSample, kMaxPendingRanges>;
+
+template <std::size_t MaxTracks>
+class StartWindow {
+ public:
+  static constexpr std::size_t kMaxFrames = 48;  ///< 1.5 s at 30 Hz
+  using Frame = FeatureFrame<MaxTracks>;
+  using Frames = FixedVector<Frame, kMaxFrames>;
+
+  StartWindow(const EstimatorOptions& options, const SensorCalibration& calibration)
+      : options_(options), motion_start_(options, calibration) {}
+
+  void clear() { frames_.clear(); }
+  /// The images of the window, oldest first; a solution holds at the first.
+  const Frames& frames() const { return frames_; }
+
+  /// Takes one more image in and tries to start from all that are there. kNotReady: wait for the next image.
+  Result<StartSolution> try_start(const Frame& frame, const ImuBuffer& imu, const PendingRanges& ranges);
+
+ private:
+  void pose_problem(const PendingRanges& ranges);
+  void add_features(const FixedVector<std::size_t, kMaxStartImages>& chosen);
+  StartFeature history(std::uint32_t track_id, const FixedVector<std::size_t, kMaxStartImages>& chosen) const;
+  /// Whether velocity, and with it scale, can be believed already, or a longer window should be waited for.
+  bool scale_is_known(const StartSolution& solution, const ImuBuffer& imu) const;
+
+  EstimatorOptions options_;
+  MotionStart motion_start_;
+  StartProblem problem_;
+  Frames frames_;
+};
+
+template <std::size_t MaxTracks>
+Result<StartSolution> StartWindow<MaxTracks>::try_start(const Frame& frame, const ImuBuffer& imu,
+                                                        const PendingRanges& ranges) {
+  const Duration longest = Duration::from_seconds(options_.start.motion_window_max_s);
+  while (!frames_.empty() &&
+         (frames_.full() || frame.t - frames_.front().t > longest || frames_.front().t < imu.oldest())) {
+    frames_.erase(0);
+  }
+  if (!(imu.oldest() <= frame.t)) return Status::kNotReady;
+  static_cast<void>(frames_.push_back(frame));
+  const double span_s = (frame.t - frames_.front().t).seconds();
+  if (span_s < options_.start.motion_window_s || frames_.size() < 3) return Status::kNotReady;
+
+  pose_problem(ranges);
+  const Result<StartSolution> solution = motion_start_.solve(problem_, imu);
+  if (!solution) return Status::kNotReady;
+  const bool waited = frames_.full() || span_s > 0.9 * options_.start.motion_window_max_s;
+  if (!waited && !scale_is_known(*solution, imu)) return Status::kNotReady;
+  return solution;
+}
+
+template <std::size_t MaxTracks>
+bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, const ImuBuffer& imu) const {
+  constexpr double kKnownVelocity = 0.15;      // of the speed, 1 sigma: below it there is no point in waiting
+  constexpr double kKnownSlowVelocity = 0.05;  // m/s
+  constexpr std::size_t kMinRanges = 3;
+  constexpr double kMinExcitation = 0.3;  // m/s^2: at constant velocity the fit's own sigma cannot be believed
+  const double speed = solution.core.motion.v_WI_m_s.norm();
+  const bool precise = solution.velocity_sigma_m_s < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
+  const bool ranged = solution.ranges_fitting >= kMinRanges && 2 * solution.ranges_fitting > problem_.ranges.size();
+  const double excitation = imu.statistics(frames_.front().t, frames_.back().t).accel_deviation_m_s2;
+  return precise && (ranged || excitation > kMinExcitation);
+}
+
+template <std::size_t MaxTracks>
+void StartWindow<MaxTracks>::pose_problem(const PendingRanges& ranges) {
+  problem_.images.clear();
+  problem_.features.clear();
+  problem_.ranges.clear();
+  const std::size_t images = std::min(frames_.size(), kMaxStartImages);
+  FixedVector<std::size_t, kMaxStartImages> chosen;
+  for (std::size_t i = 0; i < images; ++i) {  // evenly spread, the first and the last among them
+    static_cast<void>(chosen.push_back(i * (frames_.size() - 1) / (images - 1)));
+    static_cast<void>(problem_.images.push_back(frames_[chosen.back()].t));
+  }
+  add_features(chosen);
+  for (const RangeSample& range : ranges) {
+    if (range.t < problem_.images.front() || range.t > problem_.images.back()) continue;
+    if (!ok(problem_.ranges.push_back({range.t, range.range_m}))) break;
+  }
+}
+
+template <std::size_t MaxTracks>
+void StartWindow<MaxTracks>::add_features(const FixedVector<std::size_t, kMaxStartImages>& chosen) {
+  // Every k-th of the tracks that reach far enough back: in order of birth alone, the oldest would all sit at the image
+  // edge they are about to leave by.
+  constexpr std::size_t kMinEarlier = 3;
+  const auto& now = frames_.back().observations;
+  std::size_t usable = 0;
+  for (const FeatureObservation& o : now) usable += history(o.track_id, chosen).earlier.size() >= kMinEarlier ? 1 : 0;
+  const std::size_t wanted = std::min(usable, kMaxStartFeatures);
+  std::size_t rank = 0;
+  for (const FeatureObservation& o : now) {
+    StartFeature feature = history(o.track_id, chosen);
+    if (feature.earlier.size() < kMinEarlier) continue;
+    feature.anchor_z = Vec2(o.x, o.y);
+    const bool take = rank * wanted / usable != (rank + 1) * wanted / usable;
+    if (take) static_cast<void>(problem_.features.push_back(feature));
+    ++rank;
+  }
+}
+
+template <std::size_t MaxTracks>
+StartFeature StartWindow<MaxTracks>::history(std::uint32_t track_id,
+                                             const FixedVector<std::size_t, kMaxStartImages>& chosen) const {
+  StartFeature feature;
+  for (std::size_t i = 0; i + 1 < chosen.size(); ++i) {
+    const auto& seen = frames_[chosen[i]].observations;
+    const auto found = std::lower_bound(seen.begin(), seen.end(), track_id,
+                                        [](const FeatureObservation& o, std::uint32_t id) { return o.track_id < id; });
+    if (found == seen.end() || found->track_id != track_id) continue;
+    static_cast<void>(feature.earlier.push_back({i, Vec2(found->x, found->y)}));
+  }
+  return feature;
+}
+
+}  // namespace plumb
