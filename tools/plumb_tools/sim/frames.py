@@ -1,0 +1,123 @@
+"""Draws the images of a flight in several processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from plumb_tools.sim.camera import Optics, Sensor
+from plumb_tools.sim.mesh import Float32
+from plumb_tools.sim.motion import Trajectory
+from plumb_tools.sim.renderer import Pinhole, Renderer
+from plumb_tools.sim.rig import Rig, rig
+from plumb_tools.sim.scene import Scene
+from plumb_tools.sim.sensors import Camera
+from plumb_tools.sim.world import WorldModel
+from plumb_tools.trajectory import FloatArray
+
+_FRAMES_PER_TASK = 8
+_PNG_LEVEL = 1  #: noise does not compress: more effort costs time and saves nothing
+_METER_SCALE = 1.0 / 10.0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image to take."""
+
+    number: int
+    t_s: float  #: middle of the exposure, true time
+    exposure_s: float
+    gain: float
+    dark: bool
+    path: Path
+
+
+class FrameMaker:
+    """Takes images of one flight."""
+
+    def __init__(self, scene: Scene, world: WorldModel, seed: int) -> None:
+        """Opens the renderer; once per process."""
+        camera = scene.sensors.camera
+        cv2.setNumThreads(1)
+        self._blur_frames = 1 if camera.ideal else camera.blur_frames
+        self._optics = Optics(camera)
+        self._renderer = Renderer(world, self._optics.pinhole)
+        self._sensor = Sensor(camera, scene.scene.light.level, seed)
+        self._trajectory = Trajectory.of(scene, seed)
+        self._rig: Rig = rig(camera, scene.sensors.lrf)
+
+    def radiance(self, t_s: float, exposure_s: float) -> Float32:
+        """What reaches the pixels, averaged over the exposure, before vignetting."""
+        shares = (np.arange(self._blur_frames) + 0.5) / self._blur_frames - 0.5
+        positions, rotations = self._rig.cameras(self._trajectory.at(t_s + exposure_s * shares))
+        total = self._renderer.radiance(positions[0], rotations[0])
+        for position, rotation in zip(positions[1:], rotations[1:], strict=True):
+            total = total + self._renderer.radiance(position, rotation)
+        return self._optics.through_lens(total / np.float32(self._blur_frames))
+
+    def take(self, frame: Frame) -> None:
+        """Writes the PNG of a frame."""
+        if frame.dark:
+            radiance = np.zeros_like(self._optics.vignetting)
+        else:
+            radiance = self.radiance(frame.t_s, frame.exposure_s) * self._optics.vignetting
+        image = self._sensor.image(radiance, frame.exposure_s, frame.gain, frame.number)
+        done, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, _PNG_LEVEL])
+        if not done:
+            raise RuntimeError(f"{frame.path}: could not be encoded")
+        frame.path.write_bytes(data.tobytes())  # unlike cv2.imwrite this tells why it fails
+
+
+def meter(scene: Scene, world: WorldModel, positions_m: FloatArray, R_WC: FloatArray) -> FloatArray:
+    """Mean radiance (N,) seen from camera poses: a small image each, as an exposure control would look at."""
+    camera: Camera = scene.sensors.camera
+    fine = Optics(camera).pinhole
+    scale = _METER_SCALE
+    small = Pinhole(
+        round(fine.width * scale), round(fine.height * scale), fine.focal_px * scale, fine.cx * scale, fine.cy * scale
+    )
+    renderer = Renderer(world, small)
+    return np.array([renderer.radiance(p, R).mean() for p, R in zip(positions_m, R_WC, strict=True)])
+
+
+_maker: FrameMaker | None = None
+
+
+def _start(scene: Scene, world: WorldModel, seed: int) -> None:
+    """A worker begins. Interrupts are the parent's business."""
+    global _maker
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _maker = FrameMaker(scene, world, seed)
+
+
+def _take(frames: list[Frame]) -> int:
+    assert _maker is not None
+    for frame in frames:
+        _maker.take(frame)
+    return len(frames)
+
+
+def take_all(scene: Scene, world: WorldModel, seed: int, frames: list[Frame], advance: Callable[[int], None]) -> None:
+    """Takes all images, on every core; `advance` is told how many more are done. Leaves no process behind."""
+    workers = max(1, min(len(os.sched_getaffinity(0)), -(-len(frames) // _FRAMES_PER_TASK)))
+    tasks = [frames[i : i + _FRAMES_PER_TASK] for i in range(0, len(frames), _FRAMES_PER_TASK)]
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start, (scene, world, seed))
+    try:
+        waiting: list[Future[int]] = [pool.submit(_take, task) for task in tasks]
+        for future in as_completed(waiting):
+            advance(future.result())
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in list((pool._processes or {}).values()):
+            process.terminate()
+        raise
+    pool.shutdown()
