@@ -1,0 +1,170 @@
+"""Command line of the flight simulator."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from pathlib import Path
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from plumb_tools.sim import scene_file
+from plumb_tools.trajectory import InputError
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+DESCRIPTION = """\
+Simulates a flight: rendered images, IMU and laser range with exact truth.
+
+SCENE  one of the scenes that come with the project (--list), or a .yaml file: copy one from tools/scenes and change it
+
+Writes a folder in the ASL (EuRoC) layout with the range sensor and the truth, the scene as flown with all defaults
+filled in, and an LCM log of the raw bytes the devices would have sent. The same scene and seed give the same bytes."""
+
+EXAMPLES = """\
+examples:
+  tools/simulate --list                          the scenes that come with the project
+  tools/simulate outdoor                         into build/flights/outdoor-0
+  tools/simulate indoor --seed 3 --out /tmp/i3   other noise, biases and gusts, other folder
+  tools/simulate my.yaml --duration 20           the first 20 s of a scene of your own
+  tools/simulate mars --textures photos          with your pictures: those named after a material (grass.jpg,
+                                                 roof_tiles.png, ...) replace its texture, others cover the ground
+
+exit codes: 0 flown, 2 bad input, 130 interrupted (nothing is left behind)"""
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError("must not be negative")
+    return value
+
+
+def _positive_seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < 1e6:
+        raise argparse.ArgumentTypeError("must be positive")
+    return value
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="simulate",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scene", metavar="SCENE", nargs="?")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write (default: build/flights/SCENE-SEED)")
+    parser.add_argument("--seed", metavar="N", type=_seed, default=0, help="of noise, biases and gusts (default: 0)")
+    parser.add_argument("--textures", metavar="DIR", type=Path, help="your own pictures for materials and ground")
+    parser.add_argument("--duration", metavar="S", type=_positive_seconds, help="fly only the first S seconds")
+    parser.add_argument("--list", action="store_true", help="list the scenes and exit")
+    parser.add_argument("--no-log", action="store_true", help="leave out the LCM log of raw device bytes")
+    return parser
+
+
+def _list() -> None:
+    console = Console()
+    for name in scene_file.names():
+        scene = scene_file.read(scene_file.find(name))
+        console.print(f"[bold]{name:11}[/] {scene.trajectory.length_s:4.0f} s  {scene.scene.summary}", highlight=False)
+
+
+class _Bar:
+    """Shows what is being done; steps of which the number is known get a bar."""
+
+    def __init__(self) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description:28}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+        self._task: TaskID | None = None
+        self._step = ""
+
+    def __enter__(self) -> _Bar:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def __call__(self, step: str, done: int, total: int) -> None:
+        """Takes note of progress."""
+        if step != self._step:
+            if self._task is not None:
+                self._progress.remove_task(self._task)
+            self._task, self._step = self._progress.add_task(step, total=total or None), step
+        if self._task is not None:
+            self._progress.update(self._task, completed=done)
+
+
+def _simulate(arguments: argparse.Namespace) -> None:
+    path = scene_file.find(arguments.scene)
+    scene = scene_file.read(path)
+    target = (
+        arguments.out or Path(__file__).resolve().parents[3] / "build" / "flights" / f"{path.stem}-{arguments.seed}"
+    )
+    # These cost a second or two to load: only when a flight is wanted.
+    from plumb_tools.sim import prepare, renderer, simulate
+
+    started = time.monotonic()
+    software = renderer.software_renderer()
+    if software is not None:
+        print(f"simulate: no GPU, drawing in software ({software})", file=sys.stderr)
+    with _Bar() as bar:
+        plan = prepare.plan(scene, path, arguments.seed, arguments.duration, arguments.textures, bar)
+        simulate.fly(plan, target, not arguments.no_log, bar)
+    took = time.monotonic() - started
+    print(f"{target}: {plan.length_s:.1f} s of flight in {took:.0f} s")
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Simulates as the arguments tell; returns the exit code."""
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        if arguments.list:
+            _list()
+            return 0
+        if arguments.scene is None:
+            parser.error("SCENE is missing; --list shows those that come with the project")
+        _simulate(arguments)
+    except KeyboardInterrupt:
+        print("simulate: interrupted, nothing is left behind", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except InputError as error:
+        for line in str(error).splitlines():
+            print(f"simulate: {line}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except OSError as error:
+        print(f"simulate: {error}; nothing is left behind", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
