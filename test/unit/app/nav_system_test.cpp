@@ -1,0 +1,214 @@
+#include "fsw/app/nav_system.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "tools/replay/heap_counter.h"
+
+namespace plumb {
+namespace {
+
+using System = NavSystem<PaperConfig>;
+constexpr std::int64_t kTick_ns = 4'000'000;
+
+// Remembers which images it was given, and what was in them.
+class RecordingTracker final : public Tracker<PaperConfig::kMaxTracks> {
+ public:
+  Status track(const CameraFrame& frame, const MotionPrediction&, FeatureFrame<PaperConfig::kMaxTracks>& out) override {
+    sequences.push_back(frame.sequence);
+    first_pixels.push_back(frame.image.pixels[0]);
+    last_pixels.push_back(frame.image.pixels[(frame.image.height - 1) * frame.image.stride + frame.image.width - 1]);
+    out.t = frame.t_exposure_mid;
+    out.sequence = frame.sequence;
+    out.observations.clear();
+    return answer;
+  }
+  void reset() override {}
+
+  Status answer = Status::kOk;
+  std::vector<std::uint32_t> sequences;
+  std::vector<std::uint8_t> first_pixels;
+  std::vector<std::uint8_t> last_pixels;
+};
+
+// Which stages were entered, in order.
+class RecordingObserver final : public StageObserver {
+ public:
+  void enter(Stage stage) override { entered.push_back(stage); }
+  void leave(Stage) override {}
+  std::vector<Stage> entered;
+};
+
+class NavSystemTest : public ::testing::Test {
+ protected:
+  NavSystemTest() {
+    calibration_.camera = {.width = 64, .height = 48, .fx = 50.0, .fy = 50.0, .cx = 31.5, .cy = 23.5};
+    calibration_.sensor.focal_px = 50.0;
+    calibration_.sensor.half_fov_x = 0.6;
+    calibration_.sensor.half_fov_y = 0.5;
+    tracker_.sequences.reserve(1000);
+    tracker_.first_pixels.reserve(1000);
+    tracker_.last_pixels.reserve(1000);
+    observer_.entered.reserve(10000);
+    system_ = std::make_unique<System>(calibration_, Parameters{}, tracker_, &observer_);
+    pixels_.resize(static_cast<std::size_t>(kStride) * 48, 7);
+    image_ = {.pixels = pixels_.data(), .width = 64, .height = 48, .stride = kStride};
+  }
+
+  // A tick with the IMU at rest up to t_imu_ns (5 ms apart, from where the last tick stopped).
+  InputFrame tick(std::int64_t number, std::int64_t t_imu_ns) {
+    InputFrame frame;
+    frame.tick = static_cast<std::uint64_t>(number);
+    frame.t = Time::from_ns(number * kTick_ns);
+    for (; t_next_imu_ns_ <= t_imu_ns; t_next_imu_ns_ += 5'000'000) {
+      const ImuSample sample{.t = Time::from_ns(t_next_imu_ns_), .gyro_rad_s = {}, .accel_m_s2 = {0.0, 0.0, 9.80665}};
+      EXPECT_EQ(frame.imu.push_back(sample), Status::kOk);
+    }
+    return frame;
+  }
+  static void add_camera(InputFrame& frame, std::int64_t t_ns, std::uint32_t sequence) {
+    frame.has_camera = true;
+    frame.camera = {.t_exposure_mid = Time::from_ns(t_ns), .sequence = sequence};
+  }
+
+  static constexpr std::int32_t kStride = 70;
+  Calibration calibration_;
+  RecordingTracker tracker_;
+  RecordingObserver observer_;
+  std::unique_ptr<System> system_;
+  std::vector<std::uint8_t> pixels_;
+  ImageView image_;
+  std::int64_t t_next_imu_ns_ = 0;
+};
+
+TEST_F(NavSystemTest, ProcessesAnImageOnceTheImuReachesIt) {
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  const NavTick& done = system_->step(input, &image_);
+  EXPECT_TRUE(done.image_processed);
+  EXPECT_EQ(done.t_image, Time::from_ns(20'000'000));
+  EXPECT_EQ(done.image_sequence, 1U);
+  EXPECT_EQ(tracker_.sequences, std::vector<std::uint32_t>{1});
+  ASSERT_FALSE(observer_.entered.empty());
+  EXPECT_EQ(observer_.entered.front(), Stage::kFrontEnd);
+}
+
+TEST_F(NavSystemTest, AWaitingImageIsKeptWhenItsBufferIsReused) {
+  pixels_.front() = 11;
+  pixels_[47 * kStride + 63] = 12;
+  InputFrame input = tick(5, 15'000'000);
+  add_camera(input, 19'000'000, 1);
+  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  std::fill(pixels_.begin(), pixels_.end(), std::uint8_t{99});
+  EXPECT_TRUE(system_->step(tick(6, 20'000'000), nullptr).image_processed);
+  EXPECT_EQ(tracker_.first_pixels, std::vector<std::uint8_t>{11});
+  EXPECT_EQ(tracker_.last_pixels, std::vector<std::uint8_t>{12});
+}
+
+TEST_F(NavSystemTest, AnImageThatComesWhileOneWaitsIsSkippedAndCounted) {
+  InputFrame input = tick(5, 15'000'000);
+  add_camera(input, 19'000'000, 1);
+  system_->step(input, &image_);
+  InputFrame second = tick(6, 15'000'000);
+  add_camera(second, 23'000'000, 2);
+  system_->step(second, &image_);
+  EXPECT_TRUE(system_->step(tick(7, 25'000'000), nullptr).image_processed);
+  EXPECT_FALSE(system_->step(tick(8, 30'000'000), nullptr).image_processed);
+  EXPECT_EQ(tracker_.sequences, std::vector<std::uint32_t>{1});
+  EXPECT_EQ(system_->counters().frames, 2U);
+  EXPECT_EQ(system_->counters().frames_skipped, 1U);
+}
+
+TEST_F(NavSystemTest, BothImagesOfATickThatEndsAWaitAreUsedOneTickApart) {
+  InputFrame input = tick(5, 15'000'000);
+  add_camera(input, 19'000'000, 1);
+  system_->step(input, &image_);
+  InputFrame second = tick(6, 25'000'000);
+  add_camera(second, 23'000'000, 2);
+  EXPECT_EQ(system_->step(second, &image_).image_sequence, 1U);
+  EXPECT_EQ(system_->step(tick(7, 25'000'000), nullptr).image_sequence, 2U);
+  EXPECT_EQ(system_->counters().frames_skipped, 0U);
+}
+
+TEST_F(NavSystemTest, RefusesImagesThatAreNone) {
+  const ImageView bad[] = {{},
+                           {.pixels = pixels_.data(), .width = 64, .height = 48, .stride = 63},
+                           {.pixels = pixels_.data(), .width = 100'000, .height = 48, .stride = 100'000},
+                           {.pixels = pixels_.data(), .width = 64, .height = -1, .stride = 64}};
+  std::int64_t number = 5;
+  for (const ImageView& image : bad) {
+    ++number;
+    InputFrame input = tick(number, number * kTick_ns);
+    add_camera(input, number * kTick_ns, static_cast<std::uint32_t>(number));
+    EXPECT_FALSE(system_->step(input, &image).image_processed);
+  }
+  ++number;
+  InputFrame input = tick(number, number * kTick_ns);
+  add_camera(input, number * kTick_ns, 1);
+  EXPECT_FALSE(system_->step(input, nullptr).image_processed);
+  EXPECT_EQ(system_->counters().frames_refused, 5U);
+  EXPECT_TRUE(tracker_.sequences.empty());
+}
+
+TEST_F(NavSystemTest, AnImageTheTrackerRefusesGoesNoFurther) {
+  tracker_.answer = Status::kInvalidValue;
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  EXPECT_EQ(system_->counters().frames_refused, 1U);
+  EXPECT_EQ(system_->estimator().counters().frames, 0U);
+}
+
+TEST_F(NavSystemTest, RefusesATickOutOfOrderWhole) {
+  system_->step(tick(5, 20'000'000), nullptr);
+  const std::uint64_t samples = system_->estimator().counters().imu_samples;
+  EXPECT_EQ(system_->step(tick(5, 25'000'000), nullptr).input_status, Status::kOutOfOrder);
+  EXPECT_EQ(system_->estimator().counters().imu_samples, samples);
+  EXPECT_EQ(system_->counters().ticks_out_of_order, 1U);
+  EXPECT_EQ(system_->health().system.ticks, 2U);
+}
+
+TEST_F(NavSystemTest, KeepsBadSamplesFromThePredictor) {
+  InputFrame input = tick(5, 20'000'000);
+  input.imu[2].gyro_rad_s[0] = std::nan("");
+  input.imu[3].accel_m_s2[1] = 1e6;  // beyond any device
+  system_->step(input, nullptr);
+  EXPECT_EQ(system_->estimator().counters().imu_invalid, 2U);
+  EXPECT_EQ(system_->predictor().counters().refused_samples, 0U);
+}
+
+TEST_F(NavSystemTest, PredictsOneStatePerImuSampleOnceThereIsAState) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  EXPECT_TRUE(system_->step(input, &image_).predicted.empty());
+  ASSERT_TRUE(system_->estimator().state().valid);
+  const NavTick& done = system_->step(tick(8, 32'000'000), nullptr);
+  ASSERT_EQ(done.predicted.size(), 2U);
+  EXPECT_EQ(done.predicted[0].t, Time::from_ns(25'000'000));
+  EXPECT_EQ(done.predicted[1].t, Time::from_ns(30'000'000));
+}
+
+TEST_F(NavSystemTest, NeverTouchesTheHeap) {
+  if (!replay::heap_calls_counted()) GTEST_SKIP() << "the sanitizers bring their own allocator";
+  static InputFrame input;
+  std::uint64_t calls = 0;
+  for (std::int64_t number = 1; number < 500; ++number) {
+    input = tick(number, number * kTick_ns - 2'000'000);
+    if (number % 12 == 0) add_camera(input, number * kTick_ns, static_cast<std::uint32_t>(number));
+    const std::uint64_t before = replay::heap_calls();
+    system_->step(input, &image_);
+    calls += replay::heap_calls() - before;
+  }
+  EXPECT_EQ(calls, 0U);
+  EXPECT_GT(tracker_.sequences.size(), 30U);
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,98 @@
+// A real subscriber on the other side of a real LCM connection.
+
+#include "hal/linux/lcm_sink.h"
+
+#include <gtest/gtest.h>
+#include <lcm/lcm.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "fsw/app/publisher.h"
+#include "test/unit/telemetry/sample_records.h"
+#include "tools/replay/heap_counter.h"
+
+namespace plumb {
+namespace {
+
+struct Received {
+  std::string channel;
+  std::vector<std::uint8_t> message;
+};
+
+void keep(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
+  const auto* data = static_cast<const std::uint8_t*>(buffer->data);
+  static_cast<std::vector<Received>*>(user)->push_back({channel, {data, data + buffer->data_size}});
+}
+
+void expect_delivery(const std::string& url) {
+  std::string error;
+  const std::unique_ptr<LcmSink> sink = LcmSink::open(url, error);
+  ASSERT_NE(sink, nullptr) << error;
+  std::vector<Received> received;
+  lcm_subscribe(sink->handle(), channel::kNavState, keep, &received);
+
+  const NavStateRecord sent = test::sample_nav_state();
+  Publisher publisher(*sink);
+  publisher.publish(channel::kNavState, sent);
+  publisher.publish(channel::kNavHealth, test::sample_health());  // nobody listens
+  constexpr int kTimeout_ms = 2000;
+  ASSERT_GT(lcm_handle_timeout(sink->handle(), kTimeout_ms), 0);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].channel, "NAV_STATE");
+  NavStateRecord back;
+  ASSERT_EQ(decode(received[0].message, back), Status::kOk);
+  EXPECT_EQ(back.state_hash, sent.state_hash);
+  EXPECT_EQ(back.state.p_WI_m, sent.state.p_WI_m);
+  EXPECT_EQ(publisher.sent(), 2U);
+  EXPECT_EQ(publisher.lost(), 0U);
+}
+
+TEST(LcmSink, DeliversWithinTheProcess) { expect_delivery("memq://"); }
+
+// Set by in_namespace.sh: packets to a multicast group are for a network made for the test, never for the host's.
+const char* udp_url() { return std::getenv("PLUMB_TEST_LCM_URL"); }
+constexpr const char* kNoNetwork = "runs in a network namespace of its own, see the test lcm_udp";
+
+TEST(LcmUdp, Delivers) {
+  if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
+  expect_delivery(udp_url());
+}
+
+TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
+  if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
+  if (!replay::heap_calls_counted()) GTEST_SKIP() << "the sanitizers bring their own allocator";
+  std::string error;
+  const std::unique_ptr<LcmSink> sink = LcmSink::open(udp_url(), error);
+  ASSERT_NE(sink, nullptr) << error;
+  Publisher publisher(*sink);
+  const NavStateRecord record = test::sample_nav_state();
+  publisher.publish(channel::kNavState, record);
+  const std::uint64_t before = replay::heap_calls();
+  for (int i = 0; i < 100; ++i) publisher.publish(channel::kNavState, record);
+  EXPECT_EQ(replay::heap_calls(), before);
+  EXPECT_EQ(publisher.lost(), 0U);
+}
+
+TEST(LcmSink, SaysWhyAUrlIsOfNoUse) {
+  std::string error;
+  EXPECT_EQ(LcmSink::open("nonsense://x", error), nullptr);
+  EXPECT_NE(error.find("nonsense://x"), std::string::npos);
+}
+
+class RefusingSink final : public TelemetrySink {
+ public:
+  Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kRejected; }
+};
+
+TEST(Publisher, CountsWhatIsLost) {
+  RefusingSink sink;
+  Publisher publisher(sink);
+  publisher.publish(channel::kTiming, test::sample_timing());
+  EXPECT_EQ(publisher.sent(), 0U);
+  EXPECT_EQ(publisher.lost(), 1U);
+}
+
+}  // namespace
+}  // namespace plumb

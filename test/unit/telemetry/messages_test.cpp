@@ -1,0 +1,227 @@
+#include "fsw/telemetry/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+#include "plumb_lcm/plumb/input_frame_t.hpp"
+#include "plumb_lcm/plumb/nav_health_t.hpp"
+#include "plumb_lcm/plumb/nav_output_t.hpp"
+#include "plumb_lcm/plumb/nav_state_t.hpp"
+#include "plumb_lcm/plumb/timing_t.hpp"
+#include "test/unit/telemetry/sample_records.h"
+
+namespace plumb {
+namespace {
+
+using test::sample_camera;
+using test::sample_health;
+using test::sample_input;
+using test::sample_nav_state;
+using test::sample_sensors;
+using test::sample_timing;
+
+template <class... Record>
+std::vector<std::uint8_t> encoded(const Record&... record) {
+  std::vector<std::uint8_t> buffer(kMaxMessageBytes);
+  const Result<std::size_t> size = encode(record..., MessageBuffer(buffer));
+  EXPECT_TRUE(size.has_value());
+  buffer.resize(size.value());
+  return buffer;
+}
+
+// What a receiver that knows only the .lcm files reads.
+template <class Message>
+Message received(const std::vector<std::uint8_t>& bytes) {
+  Message message{};
+  EXPECT_EQ(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
+  return message;
+}
+
+TEST(Messages, NavStateComesBackWhole) {
+  const NavStateRecord sent = sample_nav_state();
+  NavStateRecord back;
+  ASSERT_EQ(decode(encoded(sent), back), Status::kOk);
+  EXPECT_EQ(back.t_image, sent.t_image);
+  EXPECT_EQ(back.sequence, sent.sequence);
+  EXPECT_EQ(back.state_hash, sent.state_hash);
+  EXPECT_EQ(back.state.valid, sent.state.valid);
+  EXPECT_EQ(back.state.mode, sent.state.mode);
+  EXPECT_EQ(back.state.reset_count, sent.state.reset_count);
+  EXPECT_EQ(back.state.p_WI_m, sent.state.p_WI_m);
+  EXPECT_EQ(back.state.v_WI_m_s, sent.state.v_WI_m_s);
+  EXPECT_EQ(back.state.q_WI, sent.state.q_WI);
+  EXPECT_EQ(back.state.b_gyro_rad_s, sent.state.b_gyro_rad_s);
+  EXPECT_EQ(back.state.b_accel_m_s2, sent.state.b_accel_m_s2);
+  EXPECT_EQ(back.state.covariance, sent.state.covariance);
+  EXPECT_EQ(back.report.msckf_rejected, sent.report.msckf_rejected);
+  EXPECT_EQ(back.report.range_outcome, sent.report.range_outcome);
+  EXPECT_EQ(back.report.zero_velocity, sent.report.zero_velocity);
+}
+
+TEST(Messages, NavStateReachesAReceiverFieldByField) {
+  const auto message = received<nav_state_t>(encoded(sample_nav_state()));
+  EXPECT_EQ(message.time_ns, 1'403'636'584'763'555'584);
+  EXPECT_EQ(message.mode, 2);
+  EXPECT_EQ(message.p_WI_m[2], 1e-300);
+  EXPECT_EQ(message.q_WI[1], -0.5);
+  EXPECT_EQ(message.covariance[224], 1.0 / 225.0);
+  EXPECT_EQ(message.tracks, 1);
+  EXPECT_EQ(message.slam_features, 2);
+  EXPECT_EQ(message.slam_used, 3);
+  EXPECT_EQ(message.slam_rejected, 4);
+  EXPECT_EQ(message.slam_added, 5);
+  EXPECT_EQ(message.msckf_used, 6);
+  EXPECT_EQ(message.ranges_used, 8);
+  EXPECT_EQ(message.range_outcome, 4);
+  EXPECT_EQ(message.range_measured_m, 9.5);
+  EXPECT_EQ(message.range_predicted_m, 10.5);
+  EXPECT_EQ(message.range_sigma_m, 11.5);
+}
+
+TEST(Messages, HealthTimingAndOutputReachAReceiver) {
+  const auto health = received<nav_health_t>(encoded(sample_health()));
+  EXPECT_EQ(health.time_ns, 77);
+  EXPECT_EQ(static_cast<std::uint64_t>(health.imu_samples), 0x8000000000000001U);
+  EXPECT_EQ(health.resets, 3);
+  EXPECT_EQ(health.camera_frames_refused, 4);
+  EXPECT_EQ(health.predictor_gaps, 5);
+  EXPECT_EQ(health.predictor_jump_rad, 0.125);
+  const auto timing = received<timing_t>(encoded(sample_timing()));
+  EXPECT_EQ(timing.stage_ns[0], 10);
+  EXPECT_EQ(timing.stage_ns[kStageCount - 1], static_cast<std::int64_t>(9 + kStageCount));
+  EXPECT_EQ(timing.step_ns, 1000);
+  const PredictedState state{.t = Time::from_ns(3), .p_WI_m = {1, 2, 3}, .v_WI_m_s = {4, 5, 6}, .q_WI = {0, 1, 0, 0}};
+  const auto output = received<nav_output_t>(encoded(state));
+  EXPECT_EQ(output.time_ns, 3);
+  EXPECT_EQ(output.v_WI_m_s[2], 6.0);
+  EXPECT_EQ(output.q_WI[1], 1.0);
+}
+
+TEST(Messages, InputFrameComesBackBitByBit) {
+  const InputFrame sent = sample_input();
+  InputFrame back;
+  ASSERT_EQ(decode(encoded(sent), back), Status::kOk);
+  EXPECT_EQ(back.tick, sent.tick);
+  EXPECT_EQ(back.t, sent.t);
+  ASSERT_EQ(back.imu.size(), sent.imu.size());
+  for (std::size_t i = 0; i < sent.imu.size(); ++i) {
+    EXPECT_EQ(back.imu[i].t, sent.imu[i].t);
+    EXPECT_EQ(back.imu[i].gyro_rad_s, sent.imu[i].gyro_rad_s);
+    EXPECT_EQ(back.imu[i].accel_m_s2, sent.imu[i].accel_m_s2);
+  }
+  ASSERT_EQ(back.range.size(), sent.range.size());
+  EXPECT_EQ(back.range[0].range_m, 12.5);
+  EXPECT_EQ(back.range[1].quality, RangeQuality::kWeak);
+  EXPECT_TRUE(back.has_camera);
+  EXPECT_EQ(back.camera.t_exposure_mid, sent.camera.t_exposure_mid);
+  EXPECT_EQ(back.camera.sequence, sent.camera.sequence);
+}
+
+TEST(Messages, NotANumberSurvivesTheInputFrame) {
+  InputFrame sent = sample_input();
+  const std::uint64_t bits = 0x7ff8000000001234U;  // a quiet not-a-number with a payload
+  std::memcpy(&sent.imu[0].gyro_rad_s[0], &bits, sizeof bits);
+  InputFrame back;
+  ASSERT_EQ(decode(encoded(sent), back), Status::kOk);
+  EXPECT_EQ(std::memcmp(&back.imu[0].gyro_rad_s[0], &bits, sizeof bits), 0);
+}
+
+TEST(Messages, CalibrationComesBack) {
+  const std::vector<std::uint8_t> bytes = encoded(sample_camera(), sample_sensors());
+  CameraCalibration camera;
+  SensorCalibration sensors;
+  ASSERT_EQ(decode(bytes, camera, sensors), Status::kOk);
+  EXPECT_EQ(camera.width, 752);
+  EXPECT_EQ(camera.cy, 248.0);
+  EXPECT_EQ(camera.distortion, Distortion::kEquidistant);
+  EXPECT_EQ(camera.coefficients, sample_camera().coefficients);
+  EXPECT_EQ(sensors.q_IC.coeffs(), sample_sensors().q_IC.coeffs());
+  EXPECT_EQ(sensors.p_IC_m, sample_sensors().p_IC_m);
+  EXPECT_EQ(sensors.p_CR_m, sample_sensors().p_CR_m);
+  EXPECT_EQ(sensors.u_C, sample_sensors().u_C);
+  EXPECT_EQ(sensors.half_fov_y, 0.75);
+}
+
+TEST(Messages, CalibrationThatIsNoneIsRefused) {
+  CameraCalibration camera;
+  SensorCalibration sensors;
+  SensorCalibration bent = sample_sensors();
+  bent.u_C = Vec3(0.0, 0.0, 2.0);
+  EXPECT_EQ(decode(encoded(sample_camera(), bent), camera, sensors), Status::kInvalidValue);
+  CameraCalibration flat = sample_camera();
+  flat.fx = 0.0;
+  EXPECT_EQ(decode(encoded(flat, sample_sensors()), camera, sensors), Status::kInvalidValue);
+}
+
+TEST(Messages, ParamsComeBack) {
+  ParamsRecord sent;
+  std::strcpy(sent.configuration.data(), "paper");
+  ParamValue value{.value = 0.1};
+  std::strcpy(value.name.data(), "imu.gravity");
+  ASSERT_EQ(sent.values.push_back(value), Status::kOk);
+  ParamsRecord back;
+  ASSERT_EQ(decode(encoded(sent), back), Status::kOk);
+  EXPECT_STREQ(back.configuration.data(), "paper");
+  ASSERT_EQ(back.values.size(), 1U);
+  EXPECT_STREQ(back.values[0].name.data(), "imu.gravity");
+  EXPECT_EQ(back.values[0].value, 0.1);
+}
+
+TEST(Messages, TruthComesBack) {
+  const NavState sent = sample_nav_state().state;
+  std::vector<std::uint8_t> buffer(kMaxMessageBytes);
+  const Result<std::size_t> size = encode_truth(sent, buffer);
+  ASSERT_TRUE(size.has_value());
+  NavState back;
+  ASSERT_EQ(decode_truth({buffer.data(), *size}, back), Status::kOk);
+  EXPECT_EQ(back.t, sent.t);
+  EXPECT_EQ(back.p_WI_m, sent.p_WI_m);
+  EXPECT_EQ(back.q_WI, sent.q_WI);
+  EXPECT_EQ(back.b_accel_m_s2, sent.b_accel_m_s2);
+}
+
+TEST(Messages, EveryShortenedOrLengthenedMessageIsRefused) {
+  const std::vector<std::uint8_t> whole = encoded(sample_input());
+  InputFrame frame;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    ASSERT_EQ(decode(MessageBytes(whole.data(), size), frame), Status::kInvalidValue) << size;
+  }
+  std::vector<std::uint8_t> longer = whole;
+  longer.push_back(0);
+  EXPECT_EQ(decode(longer, frame), Status::kInvalidValue);
+  NavStateRecord other_type;
+  EXPECT_EQ(decode(whole, other_type), Status::kInvalidValue);
+}
+
+TEST(Messages, CountsOutOfRangeAreRefused) {
+  auto message = received<input_frame_t>(encoded(sample_input()));
+  std::vector<std::uint8_t> buffer(kMaxMessageBytes);
+  const auto decode_changed = [&] {
+    const int size = message.encode(buffer.data(), 0, static_cast<int>(buffer.size()));
+    InputFrame frame;
+    return decode(MessageBytes(buffer.data(), static_cast<std::size_t>(size)), frame);
+  };
+  EXPECT_EQ(decode_changed(), Status::kOk);
+  message.imu_count = static_cast<std::int32_t>(kMaxImuPerFrame) + 1;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.imu_count = -1;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.imu_count = 0;
+  message.range[0].quality = 3;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.range[0].quality = 0;
+  message.has_camera = 2;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+}
+
+TEST(Messages, ABufferThatIsTooSmallIsFull) {
+  std::vector<std::uint8_t> buffer(encoded(sample_nav_state()).size());
+  EXPECT_TRUE(encode(sample_nav_state(), MessageBuffer(buffer)).has_value());
+  EXPECT_EQ(encode(sample_nav_state(), MessageBuffer(buffer.data(), buffer.size() - 1)).status(), Status::kFull);
+  EXPECT_EQ(encode(sample_nav_state(), MessageBuffer()).status(), Status::kFull);
+}
+
+}  // namespace
+}  // namespace plumb
