@@ -105,17 +105,20 @@ CameraCalibration read_intrinsics(const YamlFile& yaml) {
   return camera;
 }
 
-// Half widths of the image in the normalised plane, from the middles of its four edges.
+// Half widths of the image in the normalised plane, from the middles of its four edges. A lens that sees 90 degrees or
+// more off its axis has no point there: then from the outermost twentieth that has one.
 void read_field_of_view(const YamlFile& yaml, Calibration& calibration) {
+  constexpr int kSteps = 20;
   const CameraCalibration& camera = calibration.camera;
   const CameraModel model(camera);
+  const Vec2 centre(camera.cx, camera.cy);
   const Vec2 edges[4] = {
       {0.0, camera.cy}, {camera.width - 1.0, camera.cy}, {camera.cx, 0.0}, {camera.cx, camera.height - 1.0}};
   for (const Vec2& edge : edges) {
     Vec2 normalised;
-    if (!ok(model.undistort(edge, normalised))) {
-      yaml.fail("distortion_coefficients", "the lens model cannot be inverted at the edge of the image");
-    }
+    int step = kSteps;
+    while (step > 0 && !ok(model.undistort(centre + (edge - centre) * (step / double{kSteps}), normalised))) --step;
+    if (step == 0) yaml.fail("distortion_coefficients", "the lens model cannot be inverted anywhere in the image");
     calibration.sensor.half_fov_x = std::max(calibration.sensor.half_fov_x, std::abs(normalised.x()));
     calibration.sensor.half_fov_y = std::max(calibration.sensor.half_fov_y, std::abs(normalised.y()));
   }

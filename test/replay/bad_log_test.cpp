@@ -1,0 +1,127 @@
+// Whatever is wrong with a log: one message, exit code 2, no output.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "fsw/telemetry/messages.h"
+#include "hal/linux/lcm_log.h"
+#include "test/replay/run_replay.h"
+#include "test/replay/small_recording.h"
+
+namespace plumb::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Event {
+  std::string channel;
+  std::vector<std::uint8_t> message;
+};
+using Log = std::vector<Event>;
+
+Log read_log(const fs::path& file) {
+  std::string error;
+  const std::unique_ptr<LcmLogReader> reader = LcmLogReader::open(file.string(), error);
+  EXPECT_NE(reader, nullptr) << error;
+  Log log;
+  LogEvent event;
+  while (ok(reader->next(event))) log.push_back({event.channel, {event.message.begin(), event.message.end()}});
+  return log;
+}
+
+void write_log(const fs::path& file, const Log& log) {
+  std::string error;
+  const std::unique_ptr<LcmLogWriter> writer = LcmLogWriter::open(file.string(), error);
+  ASSERT_NE(writer, nullptr) << error;
+  for (const Event& event : log) {
+    ASSERT_EQ(writer->write(event.channel.c_str(), Time::from_ns(0), event.message), Status::kOk);
+  }
+}
+
+Event& first(Log& log, const std::string& channel) {
+  return *std::find_if(log.begin(), log.end(), [&](const Event& event) { return event.channel == channel; });
+}
+
+void remove_all(Log& log, const std::string& channel) {
+  std::erase_if(log, [&](const Event& event) { return event.channel == channel; });
+}
+
+struct BadCase {
+  const char* name;
+  std::function<void(Log&)> spoil;
+  const char* message;
+};
+
+const BadCase kCases[] = {
+    {"empty", [](Log& log) { log.clear(); }, "holds no INPUT_FRAME with an image"},
+    {"no calibration", [](Log& log) { remove_all(log, "CALIBRATION"); }, "expected CALIBRATION and PARAMS before"},
+    {"no parameters", [](Log& log) { remove_all(log, "PARAMS"); }, "expected CALIBRATION and PARAMS before"},
+    {"no pictures", [](Log& log) { remove_all(log, "CAMERA"); }, "channel CAMERA: image 0 is not before"},
+    {"no inputs", [](Log& log) { remove_all(log, "INPUT_FRAME"); }, "holds no INPUT_FRAME with an image"},
+    {"broken calibration", [](Log& log) { first(log, "CALIBRATION").message.pop_back(); }, "channel CALIBRATION: not"},
+    {"broken parameters", [](Log& log) { first(log, "PARAMS").message[3] ^= 1U; }, "channel PARAMS: not a params_t"},
+    {"unknown parameter",
+     [](Log& log) {
+       std::vector<std::uint8_t>& message = first(log, "PARAMS").message;
+       message[8 + 16 + 4] = 'x';  // first letter of the first name, after fingerprint, configuration and count
+     },
+     "no parameter has this name"},
+    {"broken picture", [](Log& log) { first(log, "CAMERA").message.pop_back(); },
+     "channel CAMERA: not a valid image_t"},
+    {"broken input", [](Log& log) { first(log, "INPUT_FRAME").message.clear(); }, "channel INPUT_FRAME: not a valid"},
+    {"broken truth", [](Log& log) { first(log, "TRUTH").message.clear(); }, "channel TRUTH: not a truth_t"},
+    {"input twice", [](Log& log) { log.push_back(first(log, "INPUT_FRAME")); }, "is not after the one before"},
+    {"picture of another size",
+     [](Log& log) {
+       const std::vector<std::uint8_t> pixels(95 * 64);
+       const CameraFrame frame{.t_exposure_mid = Time::from_ns(SmallRecording::kStart_ns),
+                               .sequence = 0,
+                               .image = {.pixels = pixels.data(), .width = 95, .height = 64, .stride = 95}};
+       std::vector<std::uint8_t>& message = first(log, "CAMERA").message;
+       message.resize(kImageHeaderBytes + pixels.size());
+       ASSERT_TRUE(encode(frame, message).has_value());
+     },
+     "channel CAMERA: image 0 is 95 x 64 px; expected the resolution of CALIBRATION, 96 x 64"},
+};
+
+TEST(BadLog, IsToldInOneMessageAndLeavesNothing) {
+  const SmallRecording recording;
+  const TemporaryFolder results;
+  const fs::path good = results.path() / "good.lcm";
+  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(good)).exit_code, 0);
+  const Log whole = read_log(good);
+  for (const BadCase& c : kCases) {
+    SCOPED_TRACE(c.name);
+    Log log = whole;
+    c.spoil(log);
+    const fs::path bad = results.path() / "bad.lcm";
+    const fs::path out = results.path() / "out";
+    write_log(bad, log);
+    const ReplayResult result = run_replay("--log " + quoted(bad) + " --out " + quoted(out));
+    EXPECT_EQ(result.exit_code, 2) << result.error;
+    EXPECT_NE(result.error.find(c.message), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find("plumb-replay: " + bad.string()), std::string::npos) << result.error;
+    EXPECT_TRUE(!fs::exists(out) || fs::is_empty(out));
+  }
+}
+
+TEST(BadLog, TellsALogThatIsCutShortOrNone) {
+  const SmallRecording recording;
+  const TemporaryFolder results;
+  const fs::path log = results.path() / "flight.lcm";
+  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
+  fs::resize_file(log, fs::file_size(log) - 100);
+  const ReplayResult cut_short = run_replay("--log " + quoted(log));
+  EXPECT_EQ(cut_short.exit_code, 2);
+  EXPECT_NE(cut_short.error.find("is damaged or cut short"), std::string::npos) << cut_short.error;
+  const ReplayResult none = run_replay("--log " + quoted(results.write("text.txt", "this is no log")));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_EQ(run_replay("--log " + quoted(results.path() / "missing.lcm")).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace plumb::test

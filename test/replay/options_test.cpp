@@ -1,0 +1,144 @@
+// The command line: what each option does, and what the user is told when it cannot.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "test/replay/run_replay.h"
+#include "test/replay/small_recording.h"
+
+namespace plumb::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Options : public ::testing::Test {
+ protected:
+  std::string asl() const { return "--asl " + quoted(recording_.path()); }
+  nlohmann::json summary() const { return nlohmann::json::parse(content_of(out_ / "summary.json")); }
+  std::string out() const { return " --out " + quoted(out_); }
+
+  SmallRecording recording_;
+  TemporaryFolder results_;
+  fs::path out_ = results_.path() / "new" / "out";
+};
+
+std::size_t lines_of(const fs::path& file) {
+  const std::string text = content_of(file);
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST_F(Options, WritesEveryFileAndNothingElse) {
+  const ReplayResult result = run_replay(asl() + out());
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(lines_of(out_ / "states.csv"), 31U);
+  EXPECT_EQ(lines_of(out_ / "timing.csv"), 31U);
+  const nlohmann::json json = summary();
+  const auto valid = json.at("images_valid").get<std::size_t>();
+  EXPECT_EQ(lines_of(out_ / "trajectory.tum"), valid);
+  EXPECT_EQ(lines_of(out_ / "covariance.csv"), valid + 1);
+  EXPECT_EQ(lines_of(out_ / "trajectory_imu.tum"), json.at("predicted_states").get<std::size_t>());
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 6);
+  EXPECT_EQ(json.at("images_processed"), 30);
+  EXPECT_EQ(json.at("counters").at("estimator").at("ranges"), 30);
+  if (!json.at("heap_calls").is_null()) {
+    EXPECT_EQ(json.at("heap_calls").at("estimator"), 0);
+    EXPECT_EQ(json.at("heap_calls").at("fsw_without_tracker"), 0);
+  }
+}
+
+TEST_F(Options, ParametersWinOverTheRecording) {
+  const fs::path file = results_.write("p.yaml", "imu.gyro_noise_density: 5e-4\nrange:\n  gate_sigma: 3.5\n");
+  ASSERT_EQ(run_replay(asl() + out() + " --params " + quoted(file)).exit_code, 0);
+  EXPECT_EQ(summary().at("parameters").at("imu.gyro_noise_density"), 5e-4);
+  EXPECT_EQ(summary().at("parameters").at("range.gate_sigma"), 3.5);
+  EXPECT_EQ(summary().at("parameters").at("imu.accel_noise_density"), 2e-3);  // from the recording
+}
+
+TEST_F(Options, NoRangeLeavesTheRangeFinderOut) {
+  ASSERT_EQ(run_replay(asl() + out() + " --no-range").exit_code, 0);
+  EXPECT_EQ(summary().at("counters").at("estimator").at("ranges"), 0);
+  EXPECT_EQ(summary().at("parameters").at("range.enabled"), 0.0);
+}
+
+TEST_F(Options, StartFromTruthHasAStateFromTheBeginning) {
+  ASSERT_EQ(run_replay(asl() + out() + " --start-from-truth --config paper").exit_code, 0);
+  EXPECT_EQ(summary().at("images_valid"), 30);
+  EXPECT_EQ(summary().at("configuration"), "paper");
+  const std::string trajectory = content_of(out_ / "trajectory.tum");
+  std::istringstream first(trajectory.substr(0, trajectory.find('\n')));
+  std::string time;
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  first >> time >> x >> y >> z;
+  EXPECT_EQ(time, "1000.000000000");
+  EXPECT_NEAR(x, 1.0, 0.01);
+  EXPECT_NEAR(y, 2.0, 0.01);
+  EXPECT_NEAR(z, 3.0, 0.01);
+}
+
+TEST_F(Options, RealtimeTakesAsLongAsTheRecording) {
+  const auto started = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_replay(asl() + " --realtime").exit_code, 0);
+  EXPECT_GE(std::chrono::steady_clock::now() - started, std::chrono::milliseconds(1550));
+}
+
+TEST_F(Options, InterruptLeavesNothingHalfWritten) {
+  const fs::path log = results_.path() / "log.lcm";
+  // The shell becomes the program, so its own process number is the one to interrupt.
+  const ReplayResult result =
+      run_replay(asl() + out() + " --realtime --record " + quoted(log), "(sleep 0.7; kill -INT $$) & exec ");
+  EXPECT_EQ(result.exit_code, 130) << result.error;
+  EXPECT_NE(result.error.find("interrupted"), std::string::npos);
+  EXPECT_FALSE(fs::exists(log));
+  EXPECT_TRUE(fs::is_empty(out_));
+  EXPECT_EQ(std::distance(fs::directory_iterator(results_.path()), {}), 1);  // the folder of the empty out_
+}
+
+TEST_F(Options, ListsEveryParameter) {
+  const ReplayResult result = run_replay("--list-params");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.out.find("range.gate_sigma"), std::string::npos);
+  EXPECT_NE(result.out.find("tracker.window"), std::string::npos);
+}
+
+TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
+  EXPECT_EQ(run_replay("--help").exit_code, 0);
+  struct Case {
+    std::string arguments;
+    const char* message;
+  };
+  const fs::path wrong = results_.write("p.yaml", "range.gate_sigma: 1000\n");
+  const Case cases[] = {
+      {"", "either --asl DIR or --log FILE"},
+      {asl() + " --log x.lcm", "either --asl DIR or --log FILE"},
+      {asl() + " --config huge", "huge not in"},
+      {asl() + " --nonsense", "--nonsense"},
+      {asl() + " --params /nowhere.yaml", "/nowhere.yaml: not found"},
+      {asl() + " --params " + quoted(wrong), "1000 refused for range.gate_sigma; expected from 0.1 to 100"},
+      {asl() + " --out /dev/null/x", "/dev/null"},
+      {asl() + " --record /proc/no_folder/x.lcm", "/proc/no_folder"},
+      {asl() + " --lcm nonsense://x", "LCM cannot use 'nonsense://x'"},
+      {"--asl /nowhere", "/nowhere: not a folder"},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.arguments);
+    const ReplayResult result = run_replay(c.arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.error;
+    EXPECT_NE(result.error.find(c.message), std::string::npos) << result.error;
+  }
+}
+
+TEST_F(Options, StartFromTruthNeedsTruth) {
+  fs::remove_all(recording_.path() / "mav0/state_groundtruth_estimate0");
+  const ReplayResult result = run_replay(asl() + " --start-from-truth");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.error.find("--start-from-truth needs a recording with truth"), std::string::npos) << result.error;
+}
+
+}  // namespace
+}  // namespace plumb::test
