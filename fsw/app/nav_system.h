@@ -54,6 +54,8 @@ class NavSystem {
   void start_from(const NavState& truth) { estimator_.start_from(truth); }
 
   const Estimator<Config>& estimator() const { return estimator_; }
+  /// What the tracker saw in the newest processed image, for pictures and logs.
+  const Frame& features() const { return features_; }
   const OutputPredictor& predictor() const { return predictor_; }
   const NavSystemCounters& counters() const { return counters_; }
   /// Totals of every part, as of the last tick.

@@ -101,6 +101,7 @@ class Flight {
                                      .t_image = done.t_image,
                                      .sequence = done.image_sequence,
                                      .state_hash = system_.estimator().state_hash()},
+                             .features = seen_features(),
                              .meter = meter_,
                              .step = cost};
     ++totals_.images_processed;
@@ -115,6 +116,17 @@ class Flight {
     totals_.front_end_heap_calls += meter_.cost(Stage::kFrontEnd).heap_calls;
     totals_.filter_heap_calls += meter_.filter().heap_calls;
     for (FlightListener* listener : listeners) listener->on_image(record);
+  }
+
+  std::vector<SeenFeature> seen_features() const {
+    const auto& in_state = system_.estimator().slam_features();
+    std::vector<SeenFeature> features;
+    for (const FeatureObservation& seen : system_.features().observations) {
+      const bool slam = std::any_of(in_state.begin(), in_state.end(),
+                                    [&seen](const SlamFeature& feature) { return feature.track_id == seen.track_id; });
+      features.push_back({.track_id = seen.track_id, .u_px = seen.u_px, .v_px = seen.v_px, .slam = slam});
+    }
+    return features;
   }
 
   static constexpr Duration kHealthPeriod = Duration::from_ms(1000);

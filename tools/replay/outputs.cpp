@@ -39,6 +39,7 @@ Outputs::Outputs(const std::filesystem::path& folder)
       states_(folder / "states.csv"),
       covariance_(folder / "covariance.csv"),
       timing_(folder / "timing.csv"),
+      features_(folder / "features.csv"),
       summary_(folder / "summary.json") {
   write_headers();
 }
@@ -66,11 +67,14 @@ void Outputs::write_headers() {
     std::fprintf(timing_.stream(), ",%s_us", to_string(static_cast<Stage>(i)));
   }
   std::fprintf(timing_.stream(), ",filter_us,step_us,front_end_heap_calls,filter_heap_calls,step_heap_calls\n");
+
+  std::fprintf(features_.stream(), "t_ns,sequence,track_id,u_px,v_px,slam\n");
 }
 
 void Outputs::add_image(const ImageRecord& record) {
   write_state_row(record);
   write_timing_row(record);
+  write_feature_rows(record);
   if (!record.nav.state.valid) return;
   print_tum(trajectory_.stream(), record.nav.t_image, record.nav.state.p_WI_m, record.nav.state.q_WI);
   std::fprintf(covariance_.stream(), "%" PRId64, record.nav.t_image.ns());
@@ -118,12 +122,21 @@ void Outputs::write_timing_row(const ImageRecord& record) {
                record.meter.filter().heap_calls, record.step.heap_calls);
 }
 
+void Outputs::write_feature_rows(const ImageRecord& record) {
+  for (const SeenFeature& seen : record.features) {
+    std::fprintf(features_.stream(), "%" PRId64 ",%" PRIu32 ",%" PRIu32 ",%.2f,%.2f,%d\n", record.nav.t_image.ns(),
+                 record.nav.sequence, seen.track_id, static_cast<double>(seen.u_px), static_cast<double>(seen.v_px),
+                 seen.slam ? 1 : 0);
+  }
+}
+
 void Outputs::set_summary(const std::string& json_text) {
   std::fwrite(json_text.data(), 1, json_text.size(), summary_.stream());
 }
 
 void Outputs::commit() {
-  PendingFile* const files[] = {&trajectory_, &trajectory_imu_, &states_, &covariance_, &timing_, &summary_};
+  PendingFile* const files[] = {&trajectory_, &trajectory_imu_, &states_, &covariance_,
+                                &timing_,     &features_,       &summary_};
   for (PendingFile* file : files) file->close();
   for (PendingFile* file : files) file->commit();  // the summary last: with it the set is whole
 }

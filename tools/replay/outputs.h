@@ -2,8 +2,10 @@
 // The files of a replay: trajectories, one row of states and of costs per image, the summary. Nothing carries its final
 // name before commit().
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "fsw/telemetry/messages.h"
 #include "tools/replay/pending_file.h"
@@ -11,9 +13,18 @@
 
 namespace plumb::replay {
 
+/// One feature seen in an image, for pictures.
+struct SeenFeature {
+  std::uint32_t track_id = 0;
+  float u_px = 0.0F;  ///< column in the image as taken
+  float v_px = 0.0F;  ///< row
+  bool slam = false;  ///< in the state after the image
+};
+
 /// One processed image.
 struct ImageRecord {
   NavStateRecord nav;
+  std::vector<SeenFeature> features;
   StageMeter meter;
   StageCost step;  ///< of the whole step() call, front end included
 };
@@ -36,12 +47,14 @@ class Outputs {
   void write_headers();
   void write_state_row(const ImageRecord& record);
   void write_timing_row(const ImageRecord& record);
+  void write_feature_rows(const ImageRecord& record);
 
   PendingFile trajectory_;
   PendingFile trajectory_imu_;
   PendingFile states_;
   PendingFile covariance_;
   PendingFile timing_;
+  PendingFile features_;
   PendingFile summary_;
 };
 

@@ -18,6 +18,9 @@ void for_each_field(const FrameReport& r, Visitor&& visit) {
   visit("msckf_rejected", r.msckf_rejected);
   visit("ranges_used", r.ranges_used);
   visit("range_outcome", static_cast<std::uint32_t>(r.range_outcome));
+  visit("range_facet_0", r.range_facet[0]);
+  visit("range_facet_1", r.range_facet[1]);
+  visit("range_facet_2", r.range_facet[2]);
   visit("range_measured_m", r.range_measured_m);
   visit("range_predicted_m", r.range_predicted_m);
   visit("range_sigma_m", r.range_sigma_m);
