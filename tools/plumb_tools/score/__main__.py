@@ -16,6 +16,7 @@ from plumb_tools.score.estimate import read_estimate
 from plumb_tools.trajectory import InputError, read_truth
 
 EXIT_BAD_INPUT = 2
+SUITE_OPTION = "--suite"
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
@@ -37,6 +38,7 @@ examples:
   tools/score mh01 est.tum --start 5 --end 20           from 5 to 20 s after the first image
   tools/score mh01 est.tum --align sim3 --plot e.png    picture without scale error
   tools/score mh01 out/mh01 --json score.json           figures for machines; '-' for standard output
+  tools/score --suite --help                            every simulated scene and seed, into docs/results.md
 
 exit codes: 0 scored, 2 bad input"""
 
@@ -120,6 +122,11 @@ def _deliver(scored: Scored, arguments: argparse.Namespace) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Scores as the arguments tell; returns the exit code."""
+    words = sys.argv[1:] if argv is None else argv
+    if SUITE_OPTION in words:
+        from plumb_tools.score import suite  # it knows of simulator, replay and report; scoring alone does not
+
+        return suite.main(words)
     parser = _parser()
     arguments = parser.parse_args(argv)
     if arguments.plot is not None and arguments.plot.suffix.lower() not in PLOT_SUFFIXES:

@@ -1,0 +1,138 @@
+"""Command line of the demo; tools/demo sets up first."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import webbrowser
+from pathlib import Path
+from time import monotonic
+
+from rich.console import Console
+
+from plumb_tools.demo import pipeline
+from plumb_tools.demo.pipeline import ROOT, Folders, Scene
+from plumb_tools.demo.process import StepFailed, Steps
+from plumb_tools.demo.results import Outcome, terminal_table
+from plumb_tools.report.__main__ import DEFAULT_IMAGES, write_report
+from plumb_tools.trajectory import InputError
+
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+DEMO_SCENE = "demo"
+DEFAULT_OUT = Path("build/demo")
+TABLE_WIDTH = 128  #: of the output where it does not go to a terminal
+
+DESCRIPTION = """\
+Shows Plumb at work: sets up, builds, simulates a flight, flies the flight software on it with the range finder and
+without, scores both, and opens a report. Nothing that is there already is made again."""
+
+EXAMPLES = """\
+examples:
+  tools/demo                           one short flight, from nothing to the open report
+  tools/demo --full                    every scene of tools/scenes, which takes much longer
+  tools/demo --seed 7 --no-open        another realisation of the noise; only print where the report is
+  tools/demo --flight ../mh01          fly a recording in ASL layout instead of a simulated flight
+
+exit codes: 0 done, 1 a step failed, 2 bad input, 130 interrupted"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="demo",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--full", action="store_true", help="fly every scene")
+    what.add_argument("--flight", metavar="DIR", type=Path, help="fly this recording (the folder that holds mav0)")
+    parser.add_argument("--seed", metavar="N", type=int, default=1, help="of the simulation (default: %(default)s)")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=ROOT / DEFAULT_OUT, help=f"default: {DEFAULT_OUT}")
+    parser.add_argument("--no-open", action="store_true", help="do not open the report in a browser")
+    parser.add_argument("--setup-seconds", type=float, default=0.0, help=argparse.SUPPRESS)  # told by tools/demo
+    return parser
+
+
+def _build(steps: Steps, out: Path) -> None:
+    with steps.step("build") as step:
+        step.run("configure", ["cmake", "--preset", "flight", "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
+        command = ["cmake", "--build", ROOT / "build/flight", "--target", "plumb-replay"]
+        step.run("build", [*command, "--parallel", str(os.cpu_count() or 1)], out / "build.log")
+
+
+def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> tuple[Outcome, Path]:
+    """Flies a flight, judges it and writes its report."""
+    pipeline.fly(steps, name, flight, folders)
+    page = folders.base / "report.html"
+    started = monotonic()
+    outcome = pipeline.judge(name, None, flight, folders)
+    for run, reason in outcome.reasons.items():
+        steps.console.print(f"  [yellow]{name}, {run}: no solution to score: {reason}[/]")
+    runs, _ = pipeline.read_runs(folders)
+    if runs:
+        write_report(flight, list(runs.values()), page, DEFAULT_IMAGES, lambda _: None)
+    steps.note(f"score and report {name}", monotonic() - started)
+    return outcome, page
+
+
+def _fly_all(arguments: argparse.Namespace, steps: Steps) -> tuple[list[Outcome], list[Path]]:
+    out: Path = arguments.out
+    shown: list[tuple[Outcome, Path]] = []
+    if arguments.flight is not None:
+        name = arguments.flight.resolve().name
+        shown.append(_show(steps, name, arguments.flight, Folders(out / name)))
+    else:
+        names = pipeline.known_scenes() if arguments.full else [DEMO_SCENE]
+        scenes: list[Scene] = [pipeline.find_scene(name) for name in names]
+        for scene in scenes:
+            folders = Folders(out / scene.name)
+            pipeline.simulate(steps, scene, arguments.seed, folders)
+            shown.append(_show(steps, scene.name, folders.flight, folders))
+    return [outcome for outcome, _ in shown], [page for _, page in shown]
+
+
+def _has_display() -> bool:
+    return sys.platform == "darwin" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _demo(arguments: argparse.Namespace, console: Console) -> None:
+    started = monotonic() - arguments.setup_seconds
+    steps = Steps(console)
+    steps.note("set up", arguments.setup_seconds)
+    if arguments.flight is not None and not (arguments.flight / "mav0").is_dir():
+        raise InputError(f"{arguments.flight}: holds no mav0; --flight takes a folder in ASL layout")
+    _build(steps, arguments.out)
+    outcomes, pages = _fly_all(arguments, steps)
+    steps.note("everything", monotonic() - started)
+    console.print()
+    console.print(terminal_table(outcomes))
+    for page in pages:
+        console.print(f"report  {page}", highlight=False, soft_wrap=True)
+    if pages[0].is_file() and not arguments.no_open and _has_display():
+        webbrowser.open(pages[0].resolve().as_uri())
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Runs the demo as the arguments tell; returns the exit code."""
+    arguments = _parser().parse_args(argv)
+    console = Console()
+    try:
+        _demo(arguments, console if console.is_terminal else Console(width=TABLE_WIDTH))
+    except StepFailed as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except (InputError, OSError) as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print("demo: interrupted; run it again to go on", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

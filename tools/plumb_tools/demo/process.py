@@ -1,0 +1,109 @@
+"""Runs the other tools: their output into a log, their progress onto a bar."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+#: What tools write of their progress: "[12/47]", " 30 %", "image 60 of 600".
+_PARTS = re.compile(r"\b(\d+) ?(?:/|of) ?(\d+)\b")
+_PERCENT = re.compile(r"\b(\d{1,3})(?:\.\d+)? ?%")
+
+TAIL_LINES = 15
+
+
+class StepFailed(Exception):
+    """A tool ended with an error; the message has its last words."""
+
+
+def progress_of(line: str) -> float | None:
+    """Part of the work done that a line of output tells of, 0 to 1; None when it tells nothing."""
+    if parts := _PARTS.search(line):
+        done, total = int(parts[1]), int(parts[2])
+        return done / total if 0 < total and done <= total else None
+    if percent := _PERCENT.search(line):
+        return min(1.0, int(percent[1]) / 100.0)
+    return None
+
+
+class Bar:
+    """The progress of one tool."""
+
+    def __init__(self, progress: Progress, task: TaskID) -> None:
+        """For a task of a rich progress display."""
+        self._progress = progress
+        self._task = task
+
+    def show(self, line: str) -> None:
+        """Moves the bar when the line says how far the tool is."""
+        done = progress_of(line)
+        if done is not None:
+            self._progress.update(self._task, completed=done)
+
+
+class Step:
+    """A step of the work with a bar per tool that it runs."""
+
+    def __init__(self, progress: Progress) -> None:
+        """Inside a rich progress display."""
+        self._progress = progress
+
+    def run(self, title: str, command: Sequence[str | Path], log: Path) -> None:
+        """Runs a command; its output goes to the log file. Throws StepFailed."""
+        bar = Bar(self._progress, self._progress.add_task(title, total=1.0))
+        words = [str(word) for word in command]
+        tail: deque[str] = deque(maxlen=TAIL_LINES)
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("w", encoding="utf-8") as stream:
+            stream.write(f"$ {shlex.join(words)}\n")
+            try:
+                process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            except OSError as error:
+                raise StepFailed(f"{words[0]}: {error.strerror}") from None
+            with process:
+                assert process.stdout is not None
+                try:
+                    for line in process.stdout:
+                        stream.write(line)
+                        tail.append(line.rstrip())
+                        bar.show(line)
+                except BaseException:
+                    process.terminate()
+                    raise
+        if process.returncode != 0:
+            last = "\n".join(f"  {line}" for line in tail if line)
+            raise StepFailed(f"{shlex.join(words)} ended with {process.returncode}:\n{last}\n  (all of it in {log})")
+
+
+class Steps:
+    """Shows steps as they go and keeps the time of each."""
+
+    def __init__(self, console: Console) -> None:
+        """On a console; bars are drawn only on a terminal."""
+        self.console = console
+        self.times: list[tuple[str, float]] = []
+
+    def note(self, title: str, seconds: float, remark: str = "") -> None:
+        """Records a step that is over."""
+        self.times.append((title, seconds))
+        self.console.print(f"  {title:<34} [bold]{seconds:7.1f} s[/]  [dim]{remark}[/]", highlight=False)
+
+    @contextmanager
+    def step(self, title: str) -> Iterator[Step]:
+        """A step; its time is shown when it has ended."""
+        started = monotonic()
+        if not self.console.is_terminal:
+            self.console.print(f"  {title} ...", highlight=False)
+        columns = (TextColumn("  {task.description:<34}"), BarColumn(32), TaskProgressColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=self.console, transient=True, disable=not self.console.is_terminal) as bars:
+            yield Step(bars)
+        self.note(title, monotonic() - started)

@@ -1,0 +1,122 @@
+"""Command line of the report."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import webbrowser
+from pathlib import Path
+
+from rich.console import Console
+
+from plumb_tools.report import animation, page
+from plumb_tools.report.flight import read_flight
+from plumb_tools.report.model import build
+from plumb_tools.report.overlay import choose_rows, views
+from plumb_tools.report.run import Run, read_run
+from plumb_tools.trajectory import InputError
+
+EXIT_BAD_INPUT = 2
+DEFAULT_IMAGES = 60
+MAX_IMAGES = 400
+
+DESCRIPTION = """\
+Makes one HTML page of a flight: trajectory, errors with their bounds, range profile, scale, images with the features
+and facets the filter saw, CPU time, consistency, modes and events. The page is one file and opens without a network.
+
+RUN           output folder of plumb-replay, flown with the range finder
+RUN_NO_RANGE  output folder of the same flight flown with --no-range, for comparison"""
+
+EXAMPLES = """\
+examples:
+  tools/report out/mh01 --flight mh01 --open                    one replay, opened in the browser
+  tools/report out/range out/vio --flight mh01 --out mh01.html  range-VIO beside VIO
+  tools/report out/range --flight mh01 --animation mh01.webp    and a short animated image of the overlay
+
+exit codes: 0 written, 2 bad input"""
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= MAX_IMAGES:
+        raise argparse.ArgumentTypeError(f"must be from 1 to {MAX_IMAGES}")
+    return value
+
+
+def _animation_file(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in animation.SUFFIXES:
+        raise argparse.ArgumentTypeError(f"the name must end in one of {', '.join(animation.SUFFIXES)}")
+    return path
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="report",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("run", metavar="RUN", type=Path)
+    parser.add_argument("run_no_range", metavar="RUN_NO_RANGE", type=Path, nargs="?")
+    parser.add_argument(
+        "--flight", metavar="DIR", type=Path, required=True, help="the flight in ASL layout: the folder that holds mav0"
+    )
+    parser.add_argument("--out", metavar="FILE", type=Path, default=Path("report.html"), help="default: %(default)s")
+    parser.add_argument(
+        "--images",
+        metavar="N",
+        type=_count,
+        default=DEFAULT_IMAGES,
+        help="images to embed for the viewer (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--animation", metavar="FILE", type=_animation_file, help="also write an animated image (.webp or .gif)"
+    )
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    return parser
+
+
+def write_report(folder: Path, runs: list[Run], out: Path, images: int, progress: page.Progress) -> int:
+    """Writes the page of a flight and its replays, range-VIO first; returns its size in bytes."""
+    flight = read_flight(folder)
+    rows = choose_rows(runs[0].states["range_outcome"].astype(int), images)
+    text = page.render(build(flight, runs), views(flight, runs[0], rows), progress)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = out.with_name(out.name + ".part")
+    unfinished.write_text(text, encoding="utf-8")
+    unfinished.replace(out)
+    return out.stat().st_size
+
+
+def _write(arguments: argparse.Namespace, console: Console) -> None:
+    runs = [read_run(arguments.run, "range-VIO")]
+    if arguments.run_no_range is not None:
+        runs.append(read_run(arguments.run_no_range, "VIO"))
+
+    def tell(text: str) -> None:
+        console.print(f"report: {text}", style="dim", highlight=False, soft_wrap=True)
+
+    size = write_report(arguments.flight, runs, arguments.out, arguments.images, tell)
+    tell(f"{arguments.out} ({size / 1e6:.1f} MB)")
+    if arguments.animation is not None:
+        tell("drawing the animation")
+        size = animation.save(read_flight(arguments.flight), runs[0], arguments.animation)
+        tell(f"{arguments.animation} ({size / 1e6:.1f} MB)")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Writes the report as the arguments tell; returns the exit code."""
+    arguments = _parser().parse_args(argv)
+    try:
+        _write(arguments, Console(stderr=True))
+    except (InputError, OSError) as error:
+        print(f"report: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    if arguments.open:
+        webbrowser.open(arguments.out.resolve().as_uri())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

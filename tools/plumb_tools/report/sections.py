@@ -1,0 +1,172 @@
+"""The parts of the page that are text: headline, tables, configuration. All return HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from plumb_tools.report import theme
+from plumb_tools.report.events import Event
+from plumb_tools.report.headline import US_PER_MS, Cost, Headline
+from plumb_tools.report.model import Model
+from plumb_tools.report.run import STAGE_SUFFIX, Run
+
+NONE = "&ndash;"
+#: Events shown before the rest is folded away.
+OPEN_EVENTS = 12
+CENTIMETRES_BELOW = 0.1
+
+
+def number(value: float | None, digits: int = 3, unit: str = "") -> str:
+    """A number with significant digits and its unit; small lengths and speeds in centimetres."""
+    if value is None or not np.isfinite(value):
+        return NONE
+    if unit in ("m", "m/s") and abs(value) < CENTIMETRES_BELOW:
+        value, unit = 100.0 * value, "c" + unit
+    text = f"{value:.{digits}g}"
+    if "e" in text:
+        text = f"{value:.0f}" if abs(value) >= 1.0 else f"{value:.{digits + 2}f}"
+    return text.replace("-", "&minus;") + (f"<span class='unit'>&thinsp;{unit}</span>" if unit else "")
+
+
+def summary_line(model: Model) -> str:
+    """What was flown, in one line."""
+    main = model.main
+    facts = [f"{model.duration_s:.1f} s", f"{len(model.flight.t_images_ns)} images"]
+    if main.judged is not None:
+        facts.insert(0, f"{main.judged.headline.distance_m:.1f} m")
+    camera = model.flight.camera
+    facts.append(f"{camera.width} &times; {camera.height} px")
+    if model.flight.range_finder is not None:
+        facts.append(f"{np.count_nonzero(model.flight.range_finder.range_m > 0.0)} ranges")
+    facts.append(f"configuration <b>{escape(str(main.run.summary['configuration']))}</b>")
+    facts.append(f"run hash <code>{escape(str(main.run.summary['run_hash']))}</code>")
+    return " &middot; ".join(facts)
+
+
+def cards(model: Model) -> str:
+    """The headline figures, replays side by side."""
+    judged = [replay.judged.headline for replay in model.replays if replay.judged is not None]
+    parts = []
+    if judged:
+        parts = [
+            _card(model, "Worst axis", "greatest position error", [h.max_axis_percent for h in judged], "%", True),
+            _card(model, "Trajectory (ATE)", "position error, RMS", [h.ate_m for h in judged], "m", True),
+            _card(model, "Scale", "error of the whole path", [h.scale_error_percent for h in judged], "%", True),
+            _card(model, "Velocity", "error, RMS", [h.velocity_rmse_m_s for h in judged], "m/s", True),
+            _card(model, "Consistency", "NEES of position, ideal 3", [h.nees_position for h in judged], "", False),
+        ]
+    costs = [replay.cost for replay in model.replays]
+    parts.append(_card(model, "CPU time", "per image, mean", [cost.cpu_ms for cost in costs], "ms", False))
+    return "\n".join(parts)
+
+
+def _card(model: Model, title: str, note: str, values: Sequence[float | None], unit: str, compare: bool) -> str:
+    rows = "".join(
+        f"<div class='value' style='--colour:{replay.colour}'><b>{number(value, 3, unit)}</b>"
+        f"<span>{escape(replay.label)}</span></div>"
+        for replay, value in zip(model.replays, values, strict=True)
+    )
+    return f"<div class='card'><h3>{title}</h3><p>{note}</p>{rows}{_ratio(values) if compare else ''}</div>"
+
+
+def _ratio(values: Sequence[float | None]) -> str:
+    """How the second value compares with the first, by size."""
+    if len(values) < 2 or not values[0] or not values[1]:
+        return ""
+    factor = abs(values[1]) / abs(values[0])
+    if factor >= 1.0:
+        return f"<p class='better'>{factor:.1f} times better than VIO</p>"
+    return f"<p>{1.0 / factor:.1f} times worse than VIO</p>"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
+    """An HTML table; cells are HTML already."""
+    top = "".join(f"<th>{cell}</th>" for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table class='{kind}'><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def score_table(model: Model) -> str:
+    """Every figure of the headline for both replays."""
+    headlines = [replay.judged.headline for replay in model.replays if replay.judged is not None]
+    costs = [replay.cost for replay in model.replays]
+    rows = [[name, *cells] for name, cells in (*_headline_rows(headlines), *_cost_rows(costs))]
+    return table(["", *(escape(replay.label) for replay in model.replays)], rows, "numbers")
+
+
+def _headline_rows(headlines: list[Headline]) -> list[tuple[str, list[str]]]:
+    if not headlines:
+        return []
+    return [
+        ("greatest error on an axis", [number(h.max_axis_m, 3, "m") for h in headlines]),
+        ("the same of the distance", [number(h.max_axis_percent, 3, "%") for h in headlines]),
+        ("ATE, aligned in position and heading", [number(h.ate_m, 3, "m") for h in headlines]),
+        ("scale error", [number(h.scale_error_percent, 3, "%") for h in headlines]),
+        ("velocity error, root mean square", [number(h.velocity_rmse_m_s, 3, "m/s") for h in headlines]),
+        ("NEES of position (ideal 3)", [number(h.nees_position) for h in headlines]),
+        ("NEES of velocity (ideal 3)", [number(h.nees_velocity) for h in headlines]),
+        ("NEES of attitude (ideal 3)", [number(h.nees_attitude) for h in headlines]),
+        ("coverage of the flight", [number(h.coverage_percent, 4, "%") for h in headlines]),
+        ("re-initialisations", [str(h.resets) for h in headlines]),
+    ]
+
+
+def _cost_rows(costs: list[Cost]) -> list[tuple[str, list[str]]]:
+    return [
+        ("CPU time per image, mean", [number(c.cpu_ms, 3, "ms") for c in costs]),
+        ("CPU time per image, 95 %", [number(c.cpu_p95_ms, 3, "ms") for c in costs]),
+        ("real-time factor of the replay", [number(c.realtime_factor, 3, "&times;") for c in costs]),
+    ]
+
+
+def stage_table(run: Run) -> str:
+    """CPU time of each stage over the replay."""
+    rows = []
+    for stage in (*run.stages, "step"):
+        values = run.timing[stage + STAGE_SUFFIX] / US_PER_MS
+        if not np.any(values > 0.0):
+            continue
+        name = "whole step" if stage == "step" else theme.stage_name(stage)
+        figures = (values.mean(), *np.quantile(values, [0.5, 0.95]), values.max())
+        rows.append([name, *(f"{figure:.3f}" for figure in figures)])
+    return table(["stage", "mean [ms]", "median", "95 %", "greatest"], rows, "numbers")
+
+
+def event_table(events: list[Event]) -> str:
+    """Events in order; a click on one moves the image viewer there."""
+    if not events:
+        return "<p class='caption'>Nothing to tell.</p>"
+    cells = [
+        [
+            f"<a href='#viewer' data-time='{event.t_s:.3f}'>{event.t_s:.2f} s</a>",
+            f"<i class='{event.kind}'></i>{escape(event.text)}",
+        ]
+        for event in events
+    ]
+    shown = table(["time", "event"], cells[:OPEN_EVENTS], "events")
+    if len(cells) <= OPEN_EVENTS:
+        return shown
+    rest = table(["time", "event"], cells[OPEN_EVENTS:], "events")
+    return f"{shown}<details><summary>{len(cells) - OPEN_EVENTS} more</summary>{rest}</details>"
+
+
+def counter_table(model: Model) -> str:
+    """The counters of all parts of the flight software, replays side by side."""
+    runs = [replay.run for replay in model.replays]
+    counters = [run.summary["counters"] for run in runs]
+    rows = []
+    for part, names in counters[0].items():
+        for name in names:
+            values = [str(counter.get(part, {}).get(name, NONE)) for counter in counters]
+            rows.append([f"{escape(part)} &middot; {escape(name.replace('_', ' '))}", *values])
+    return table(["counter", *(escape(run.label) for run in runs)], rows, "numbers")
+
+
+def parameter_table(run: Run) -> str:
+    """The parameters in force."""
+    parameters = run.summary.get("parameters", {})
+    rows = [[f"<code>{escape(str(name))}</code>", f"{value:g}"] for name, value in parameters.items()]
+    return table(["parameter", "value"], rows, "numbers")
