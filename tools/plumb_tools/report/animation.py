@@ -34,7 +34,7 @@ def save(flight: Flight, run: Run, path: Path) -> int:
     path.parent.mkdir(parents=True, exist_ok=True)
     timing = {"save_all": True, "append_images": frames[1:], "duration": FRAME_MS, "loop": 0}
     if path.suffix.lower() == ".webp":
-        frames[0].save(path, "WEBP", quality=WEBP_QUALITY, method=6, **timing)
+        frames[0].save(path, "WEBP", quality=WEBP_QUALITY, method=4, **timing)
     else:
         reduced = [frame.quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames]
         reduced[0].save(path, "GIF", optimize=True, **{**timing, "append_images": reduced[1:]})

@@ -73,7 +73,7 @@ def _space(model: Model, ground: Ground | None) -> Panel:
         figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=options, opacity=0.9, name=name)
     aspect, true_to_scale = _box(np.concatenate(everything))
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [m]"}} for axis in "xyz"}
-    camera = {"eye": {"x": -1.0, "y": -1.5, "z": 0.85}, "center": {"x": 0.0, "y": 0.0, "z": -0.1}}
+    camera = {"eye": {"x": -1.2, "y": -1.7, "z": 0.95}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
     figure.update_layout(
         scene={**axes, "aspectmode": "manual", "aspectratio": aspect, "camera": camera},
         margin={"l": 0, "r": 0, "t": 30, "b": 0},

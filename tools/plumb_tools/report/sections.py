@@ -17,6 +17,8 @@ NONE = "&ndash;"
 #: Events shown before the rest is folded away.
 OPEN_EVENTS = 12
 CENTIMETRES_BELOW = 0.1
+#: Two figures whose ratio is smaller are called alike.
+EQUAL_BELOW = 1.05
 
 
 def number(value: float | None, digits: int = 3, unit: str = "") -> str:
@@ -77,9 +79,11 @@ def _ratio(values: Sequence[float | None]) -> str:
     if len(values) < 2 or not values[0] or not values[1]:
         return ""
     factor = abs(values[1]) / abs(values[0])
-    if factor >= 1.0:
-        return f"<p class='better'>{factor:.1f} times better than VIO</p>"
-    return f"<p>{1.0 / factor:.1f} times worse than VIO</p>"
+    if max(factor, 1.0 / factor) < EQUAL_BELOW:
+        return "<p>like VIO</p>"
+    if factor > 1.0:
+        return f"<p class='better'>{factor:.1f} &times; better than VIO</p>"
+    return f"<p>{1.0 / factor:.1f} &times; worse than VIO</p>"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:

@@ -1,0 +1,162 @@
+"""The page itself, from files to what a browser makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import made_flight
+from browser import Browser, chromium
+from plumb_tools.report import animation
+from plumb_tools.report.__main__ import main
+from plumb_tools.report.flight import read_flight
+from plumb_tools.report.run import read_run
+from plumb_tools.report.sections import number
+
+MAX_BYTES = 15_000_000
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report of both replays."""
+    folder = tmp_path_factory.mktemp("report")
+    made_flight.write_flight(folder / "straight")
+    made_flight.write_run(folder / "range")
+    made_flight.write_run(folder / "vio", scale=1.1, with_range=False)
+    out = folder / "page" / "report.html"
+    replays = [str(folder / "range"), str(folder / "vio")]
+    assert main([*replays, "--flight", str(folder / "straight"), "--out", str(out), "--images", "12"]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def browser(page: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser with the page open."""
+    if chromium() is None:
+        pytest.skip("no Chromium to open the page in: apt-get install chromium")
+    with Browser(tmp_path_factory.mktemp("profile")) as opened:
+        opened.open(page)
+        yield opened
+
+
+def test_page_is_one_file_without_links_to_a_network(page: Path) -> None:
+    text = page.read_text()
+    assert len(text) < MAX_BYTES
+    assert "{{" not in text.split("<script>")[0]
+    for loading in ('src="http', "src='http", 'rel="stylesheet"', "@import"):
+        assert loading not in text.split("<script>")[0]
+    assert not list(page.parent.glob("*.part"))
+
+
+def test_every_figure_is_drawn_without_a_complaint(browser: Browser) -> None:
+    browser.run("Promise.all(plots.map(draw)).then(() => null)")
+    keys = browser.run("plots.filter((div) => div.data).map((div) => div.dataset.key)")
+    assert {"range", "space", "plan", "profile", "position", "velocity", "attitude", "scale"} <= set(keys)
+    assert {"nees", "modes", "features", "cpu"} <= set(keys)
+    assert browser.complaints == []
+
+
+def test_axes_over_time_have_units(browser: Browser) -> None:
+    titles = browser.run(
+        "Object.values(data.figures).flatMap((f) => Object.keys(f.layout).filter(isAxis)"
+        ".map((axis) => f.layout[axis].title?.text).filter(Boolean))"
+    )
+    unitless = {"position", "velocity", "attitude", "tracks", "SLAM used", "MSCKF used"}
+    assert all("[" in title or title in unitless for title in titles)
+
+
+def test_slider_moves_image_overlay_facts_and_cursor(browser: Browser) -> None:
+    def state() -> tuple[str, str, str]:
+        return tuple(
+            browser.run(f"document.getElementById('{name}').{what}")
+            for name, what in (("image", "src"), ("overlay", "innerHTML"), ("clock", "textContent"))
+        )
+
+    browser.run("viewer.show(0)")
+    before = state()
+    browser.run("slider.value = 6; slider.dispatchEvent(new Event('input'))")
+    after = state()
+    assert all(first != second for first, second in zip(before, after, strict=True))
+    browser.run("document.getElementById('range').scrollIntoView({behavior: 'instant'})")
+    browser.wait_for(
+        "(document.querySelector('#range .plot').layout?.shapes || []).some("
+        "(s) => s.name === 'cursor' && Math.abs(s.x0 - viewer.data.frames[6].t) < 1e-9)"
+    )
+    assert browser.complaints == []
+
+
+def test_gated_image_is_shown_in_red(browser: Browser) -> None:
+    browser.run(f"viewer.showTime({made_flight.GATED_ROW / made_flight.RATE_HZ})")
+    assert "gated" in browser.run("document.getElementById('facts').textContent")
+    assert browser.run("document.querySelector('#facts dd.gated') !== null")
+    assert "#ff3b42" in browser.run("viewer.groups.ranged.innerHTML")
+
+
+def test_layers_can_be_hidden_and_colours_changed(browser: Browser) -> None:
+    browser.run("document.querySelector('#layers input').click()")
+    assert browser.run("viewer.groups.facets.style.display") == "none"
+    browser.run("document.querySelector('#layers input').click()")
+    first = browser.run("document.documentElement.dataset.theme")
+    browser.run("document.getElementById('theme').click()")
+    assert {first, browser.run("document.documentElement.dataset.theme")} == {"light", "dark"}
+    browser.run("document.querySelector('.release').click()")
+    assert browser.complaints == []
+
+
+def test_flight_without_truth_has_a_page_of_what_is_known(tmp_path: Path) -> None:
+    flight = made_flight.write_flight(tmp_path / "real")
+    (flight / "mav0/state_groundtruth_estimate0/data.csv").unlink()
+    run = made_flight.write_run(tmp_path / "range")
+    assert main([str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html"), "--images", "3"]) == 0
+    assert "This flight has no truth." in (tmp_path / "out.html").read_text()
+
+
+@pytest.mark.parametrize("suffix", animation.SUFFIXES)
+def test_animation_moves(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(animation, "FRAMES", 12)
+    flight = read_flight(made_flight.write_flight(tmp_path / "flight"))
+    run = read_run(made_flight.write_run(tmp_path / "range"), "range-VIO")
+    out = tmp_path / f"overlay{suffix}"
+    assert animation.save(flight, run, out) == out.stat().st_size
+    with Image.open(out) as image:
+        assert image.n_frames == 12
+        assert image.size[0] == animation.WIDTH_PX
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nowhere", "--flight", "{flight}"], "no such folder"),
+        (["{run}", "--flight", "nowhere"], "no such folder"),
+        (["{run}", "--flight", "{run}"], "not an ASL folder"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    known = {"flight": made_flight.write_flight(tmp_path / "flight"), "run": made_flight.write_run(tmp_path / "run")}
+    words = [word.format(**known) for word in arguments]
+    assert main([*words, "--out", str(tmp_path / "out.html")]) == 2
+    error = capsys.readouterr().err
+    assert message in error and "Traceback" not in error
+    assert not (tmp_path / "out.html").exists()
+
+
+def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "run")
+    for image in (flight / "mav0/cam0/data").iterdir():
+        image.unlink()
+    assert main([str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
+    assert "no such image" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [(None, "m", "&ndash;"), (0.00747, "m", "0.747"), (1.234, "m", "1.23"), (-0.5, "%", "&minus;0.5"), (6489.0, "", "6489")],
+)
+def test_numbers_are_short(value: float | None, unit: str, text: str) -> None:
+    assert number(value, 3, unit).startswith(text)
