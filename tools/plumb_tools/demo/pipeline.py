@@ -121,7 +121,7 @@ def simulate(steps: Steps, scene: Scene, seed: int, folders: Folders) -> None:
         raise StepFailed("tools/simulate is not in this checkout; tools/demo --flight DIR flies a recording instead")
     shutil.rmtree(folders.flight, ignore_errors=True)
     with steps.step(title) as step:
-        command = [SIMULATE, scene.file, "--out", folders.flight, "--seed", str(seed)]
+        command = [SIMULATE, scene.file, "--no-log", "--out", folders.flight, "--seed", str(seed)]
         step.run(title, command, folders.log("simulate"))
     write_json(folders.flight / STAMP_FILE, wanted)
 

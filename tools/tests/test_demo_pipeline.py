@@ -1,0 +1,179 @@
+"""The way from a scene to figures, with stand-ins for simulator and replay."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+import made_flight
+from plumb_tools.demo import __main__ as demo
+from plumb_tools.demo import pipeline
+from plumb_tools.demo.pipeline import Folders, find_scene
+from plumb_tools.demo.process import StepFailed, Steps, progress_of
+from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, mean_and_worst
+from plumb_tools.trajectory import InputError
+
+SCENE = "scene:\n  summary: >\n    A straight flight\n    over a plain.\n"
+
+
+@pytest.fixture
+def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Scenes, and a simulator and a replay that copy what was made beforehand and note that they were called."""
+    made_flight.write_flight(tmp_path / "made/flight")
+    made_flight.write_run(tmp_path / "made/range")
+    made_flight.write_run(tmp_path / "made/vio", scale=1.1, with_range=False)
+    scenes = tmp_path / "scenes"
+    scenes.mkdir()
+    for name in ("demo", "outdoor"):
+        (scenes / f"{name}.yaml").write_text(SCENE)
+    (tmp_path / "sim").mkdir()
+    (tmp_path / "sim/world.py").write_text("")
+    made = tmp_path / "made"
+    _program(tmp_path / "simulate", f'echo simulate >>"{tmp_path}/calls"; shift; cp -r "{made}/flight" "$3"; echo "[5/10]"')
+    _program(
+        tmp_path / "plumb-replay",
+        f'run=range; [[ "$*" != *--no-range* ]] || run=vio; echo $run >>"{tmp_path}/calls"; cp -r "{made}/$run" "$4"',
+    )
+    monkeypatch.setattr(pipeline, "SCENES", scenes)
+    monkeypatch.setattr(pipeline, "SIMULATE", tmp_path / "simulate")
+    monkeypatch.setattr(pipeline, "SIMULATOR_SOURCES", tmp_path / "sim")
+    monkeypatch.setattr(pipeline, "REPLAY", tmp_path / "plumb-replay")
+    return tmp_path
+
+
+def _program(path: Path, script: str) -> None:
+    path.write_text(f"#!/usr/bin/env bash\nset -eu\n{script}\n")
+    path.chmod(0o755)
+
+
+def _calls(tools: Path) -> list[str]:
+    path = tools / "calls"
+    return sorted(path.read_text().split()) if path.exists() else []
+
+
+def _steps() -> Steps:
+    return Steps(Console(quiet=True))
+
+
+@pytest.mark.parametrize(
+    ("line", "done"),
+    [
+        ("[12/48] Building CXX object", 0.25),
+        (" 30 %  image 60 of 120, 12 per second", 0.5),
+        ("30 % rendered", 0.3),
+        ("12.5% of it", 0.12),
+        ("reading scene", None),
+        ("frame 7 of 0", None),
+    ],
+)
+def test_progress_is_read_from_what_tools_print(line: str, done: float | None) -> None:
+    assert progress_of(line) == (None if done is None else pytest.approx(done))
+
+
+def test_scene_is_found_by_name_and_by_file(tools: Path) -> None:
+    assert find_scene("demo").summary == "A straight flight over a plain."
+    assert find_scene(str(tools / "scenes/outdoor.yaml")).name == "outdoor"
+    with pytest.raises(InputError, match="no such scene; expected a scene file or one of demo, outdoor"):
+        find_scene("moon")
+
+
+def test_flight_is_simulated_once_and_again_after_a_change(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    for _ in range(2):
+        pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+    assert _calls(tools) == ["simulate"]
+    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
+    (tools / "sim/world.py").write_text("flat = True\n")
+    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
+    (tools / "scenes/demo.yaml").write_text(SCENE + "  gravity_m_s2: 3.71\n")
+    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
+    assert _calls(tools) == ["simulate"] * 4
+
+
+def test_interrupted_flight_is_not_taken_for_a_whole_one(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    folders.flight.mkdir(parents=True)
+    (folders.flight / "half").touch()
+    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+    assert _calls(tools) == ["simulate"] and not (folders.flight / "half").exists()
+
+
+def test_flown_both_ways_and_judged(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    assert _calls(tools) == ["range", "simulate", "vio"]
+    outcome = pipeline.judge("demo", 1, folders.flight, folders)
+    assert outcome.range_vio is not None and outcome.vio is not None
+    assert outcome.vio.headline.max_axis_percent == pytest.approx(10.0, abs=0.1)
+    assert outcome.range_vio.headline.max_axis_m < 1e-6
+    assert Outcome.from_json(outcome.as_json()) == outcome
+
+
+def test_replay_without_a_solution_is_told_not_hidden(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    (folders.run("VIO") / "trajectory.tum").write_text("")
+    outcome = pipeline.judge("demo", 1, folders.flight, folders)
+    assert outcome.vio is None and "holds no data line" in outcome.reasons["VIO"]
+    assert {cell(outcome.vio, column) for column in COLUMNS} == {"-"}
+    assert error_ratio([outcome]) is None
+
+
+def test_tool_that_fails_is_named_with_its_last_words(tools: Path) -> None:
+    _program(tools / "simulate", "echo 'scene.gravity: negative'; exit 2")
+    with pytest.raises(StepFailed, match=r"ended with 2:\n  scene.gravity: negative") as failure:
+        pipeline.simulate(_steps(), find_scene("demo"), 1, Folders(tools / "work"))
+    assert "simulate.log" in str(failure.value)
+
+
+def test_mean_and_worst_of_signed_figures_go_by_size(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    large = pipeline.judge("demo", 1, folders.flight, folders).vio
+    shutil.rmtree(tools / "made/vio")
+    made_flight.write_run(tools / "made/vio", scale=0.98, with_range=False)
+    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    small = pipeline.judge("demo", 2, folders.flight, folders).vio
+    assert large is not None and small is not None
+    scale = next(column for column in COLUMNS if column.signed)
+    assert mean_and_worst([small, large], scale) == pytest.approx((6.0, 10.0), abs=0.01)
+
+
+def test_demo_flies_a_recording_and_leaves_a_report(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(demo, "_build", lambda steps, out: None)
+    flight = tools / "made/flight"
+    assert demo.main(["--flight", str(flight), "--out", str(tools / "out"), "--no-open"]) == 0
+    text = capsys.readouterr().out
+    for part in ("set up", "fly flight", "score and report", "everything", "range-VIO", "VIO", "report.html"):
+        assert part in text
+    assert (tools / "out/flight/report.html").is_file()
+
+
+def test_full_demo_flies_every_scene(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(demo, "_build", lambda steps, out: None)
+    monkeypatch.setattr(demo, "DEFAULT_IMAGES", 2)
+    assert demo.main(["--full", "--out", str(tools / "out"), "--no-open"]) == 0
+    assert _calls(tools).count("simulate") == 2
+    assert "outdoor" in capsys.readouterr().out
+
+
+def test_demo_tells_bad_input_in_a_line(tools: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert demo.main(["--flight", str(tools), "--no-open"]) == 2
+    assert "holds no mav0" in capsys.readouterr().err
+
+
+def test_replay_that_is_not_built_is_a_failed_step(tools: Path) -> None:
+    os.remove(tools / "plumb-replay")
+    with pytest.raises(StepFailed, match="not built"):
+        pipeline.fly(_steps(), "demo", tools / "made/flight", Folders(tools / "work"))

@@ -1,0 +1,111 @@
+"""The suite: what it flies, what it flies again, and the page it writes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from plumb_tools.demo import pipeline
+from plumb_tools.demo.pipeline import Folders, Scene
+from plumb_tools.demo.process import Steps
+from plumb_tools.demo.results import Figures, Outcome
+from plumb_tools.report.headline import Cost, Headline
+from plumb_tools.score import suite
+from plumb_tools.score.__main__ import main
+
+HEADLINE = Headline(150.0, 0.6, 0.4, 0.25, -0.3, 0.04, 3.1, 2.9, 3.3, 100.0, 0)
+GOOD = Figures(HEADLINE, Cost(7.0, 9.0, 4.0))
+BAD = Figures(replace(HEADLINE, max_axis_m=5.4, max_axis_percent=3.6, scale_error_percent=4.0), Cost(6.9, 8.8, 4.1))
+
+
+@pytest.fixture
+def flown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """A suite of one scene whose flights cost nothing; the list tells what was flown."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes/outdoor.yaml").write_text("scene:\n  summary: Roofs after grass.\n")
+    (tmp_path / "plumb-replay").write_text("first")
+    monkeypatch.setattr(pipeline, "SCENES", tmp_path / "scenes")
+    monkeypatch.setattr(pipeline, "SIMULATOR_SOURCES", tmp_path / "sim")
+    monkeypatch.setattr(pipeline, "REPLAY", tmp_path / "plumb-replay")
+    calls: list[str] = []
+
+    def simulate(steps: Steps, scene: Scene, seed: int, folders: Folders) -> None:
+        folders.flight.mkdir(parents=True)
+        calls.append(f"simulate {scene.name} {seed}")
+
+    def fly(steps: Steps, name: str, flight: Path, folders: Folders) -> None:
+        for run in ("range-VIO", "VIO"):
+            folders.run(run).mkdir()
+        calls.append(f"fly {name}")
+
+    def judge(scene: str, seed: int, flight: Path, folders: Folders) -> Outcome:
+        return Outcome(scene, seed, GOOD, BAD, {})
+
+    for function in (simulate, fly, judge):
+        monkeypatch.setattr(pipeline, function.__name__, function)
+    return calls
+
+
+def _run(tmp_path: Path, *more: str) -> str:
+    out = tmp_path / "results.md"
+    assert main(["--suite", "--seeds", "2", "--out", str(out), "--work", str(tmp_path / "work"), *more]) == 0
+    return out.read_text()
+
+
+def test_every_seed_is_flown_and_only_figures_stay(flown: list[str], tmp_path: Path) -> None:
+    text = _run(tmp_path)
+    assert flown == ["simulate outdoor 1", "fly outdoor, seed 1", "simulate outdoor 2", "fly outdoor, seed 2"]
+    assert [path.name for path in (tmp_path / "work/outdoor/seed-1").iterdir()] == [suite.RESULT_FILE]
+    assert "| outdoor | **range-VIO** | 2 | 0.40 (0.40) | 0.250 (0.250) | 0.30 (0.30) |" in text
+    assert "|  | VIO | 2 | 3.60 (3.60) |" in text
+    assert "Roofs after grass." in text and "9.0 times" in text
+    assert "tools/score --suite --seeds 2" in text
+
+
+def test_second_run_flies_nothing_and_a_new_build_everything(flown: list[str], tmp_path: Path) -> None:
+    first = _run(tmp_path)
+    flown.clear()
+    assert _run(tmp_path) == first
+    assert flown == []
+    (tmp_path / "plumb-replay").write_text("second")
+    _run(tmp_path)
+    assert len(flown) == 4
+
+
+def test_flights_are_kept_when_wanted(flown: list[str], tmp_path: Path) -> None:
+    _run(tmp_path, "--keep")
+    kept = {path.name for path in (tmp_path / "work/outdoor/seed-1").iterdir()}
+    assert kept == {suite.RESULT_FILE, "flight", "range", "vio"}
+
+
+def test_damaged_figures_are_made_again(flown: list[str], tmp_path: Path) -> None:
+    _run(tmp_path)
+    flown.clear()
+    (tmp_path / "work/outdoor/seed-1" / suite.RESULT_FILE).write_text('{"key": ')
+    _run(tmp_path)
+    assert flown == ["simulate outdoor 1", "fly outdoor, seed 1"]
+
+
+def test_replay_without_solution_is_counted_and_explained() -> None:
+    scene = Scene("cruise", Path("cruise.yaml"))
+    lost = Outcome("cruise", 2, GOOD, None, {"VIO": "trajectory.tum: holds no data line"})
+    text = suite.markdown([suite.SceneResults(scene, [Outcome("cruise", 1, GOOD, BAD, {}), lost])], "tools/score --suite")
+    assert "|  | VIO | 1 of 2 | 3.60 |" in text
+    assert "Seed 2, VIO: no solution (trajectory.tum: holds no data line)." in text
+
+
+def test_unknown_scene_is_refused_before_anything_is_flown(
+    flown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--suite", "--scenes", "outdoor,moon", "--out", str(tmp_path / "results.md")]) == 2
+    assert "moon: no such scene" in capsys.readouterr().err
+    assert flown == []
+
+
+def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--suite", "--help"])
+    assert stop.value.code == 0
+    assert "examples:" in capsys.readouterr().out
