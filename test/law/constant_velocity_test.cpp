@@ -1,0 +1,90 @@
+// The flight the paper is about: standstill, climb, then a minute straight ahead at constant speed, where a camera and
+// an IMU alone lose the scale. From standstill without any help from the truth, over flat and over stepped ground, the
+// range must hold the scale, and the covariance must say how wrong the estimate is.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <string>
+
+#include "test/support/campaign/campaign.h"
+
+namespace plumb::sim {
+namespace {
+
+constexpr int kRuns = 20;
+constexpr int kVioRuns = 5;  // for comparison only
+constexpr std::uint64_t kFirstSeed = 1;
+constexpr double kMaxScaleError_percent = 0.5;
+constexpr double kConfidence = 0.95;
+
+/// Half the camera rate and half the tracks of the flight settings: the law is the same and takes half the time.
+CampaignSettings law_settings() {
+  CampaignSettings settings;
+  settings.flight.image_rate_hz = 15.0;
+  settings.flight.tracker.target_tracks = 80;
+  settings.runs = kRuns;
+  settings.first_seed = kFirstSeed;
+  settings.jobs = 2;
+  return settings;
+}
+
+double cruise_scale(const Accuracy& accuracy) { return accuracy.cruise_scale_percent; }
+double position_rmse(const Accuracy& accuracy) { return accuracy.position_rmse_m; }
+
+void print_row(const char* filter, const std::vector<Run>& runs) {
+  const Spread scale = spread_of(runs, cruise_scale);
+  const Spread position = spread_of(runs, position_rmse);
+  std::printf("  %-10s scale error mean %.3f %%, worst %.3f %%; position RMSE mean %.3f m, worst %.3f m (%d runs)\n",
+              filter, scale.mean, scale.worst, position.mean, position.worst, static_cast<int>(runs.size()));
+}
+
+/// Flies one scene with and without range, prints both, and checks what must hold over any ground.
+std::vector<Run> fly_and_check_scale(const char* scene_name) {
+  const Scene scene = make_scene(scene_name);
+  CampaignSettings settings = law_settings();
+  const std::vector<Run> range_vio = fly_campaign(scene, settings);
+  settings.use_range = false;
+  settings.runs = kVioRuns;
+  const std::vector<Run> vio = fly_campaign(scene, settings);
+  std::printf("%s, seeds %d to %d:\n", scene_name, static_cast<int>(kFirstSeed),
+              static_cast<int>(kFirstSeed) + kRuns - 1);
+  print_row("range-VIO", range_vio);
+  print_row("VIO", vio);
+  for (const Run& run : range_vio) {
+    SCOPED_TRACE("seed " + std::to_string(run.seed));
+    EXPECT_FALSE(run.accuracy.diverged);
+    EXPECT_LT(std::abs(run.accuracy.cruise_scale_percent), kMaxScaleError_percent);
+  }
+  return range_vio;
+}
+
+struct Part {
+  const char* name;
+  double Nees::* member;
+};
+
+/// Errors at one instant are correlated in time but not from run to run: the mean over the runs at a fixed instant is
+/// chi-square with 3 degrees of freedom per run.
+void expect_consistent(const std::vector<Run>& runs) {
+  const Interval bounds = nees_bounds(kConfidence, 3, kRuns);
+  for (const std::size_t checkpoint : {std::size_t{1}, kCheckpoints.size() - 1}) {  // mid cruise and the end
+    for (const Part& part :
+         {Part{"position", &Nees::position}, Part{"velocity", &Nees::velocity}, Part{"attitude", &Nees::attitude}}) {
+      const SignedMean mean = mean_of(runs, [&](const Accuracy& a) { return a.nees[checkpoint].*part.member; });
+      std::printf("  NEES %s at %.0f %% of the flight: %.2f, expected %.2f to %.2f\n", part.name,
+                  100.0 * kCheckpoints[checkpoint], mean.value, bounds.low, bounds.high);
+      EXPECT_EQ(mean.runs, kRuns);
+      EXPECT_TRUE(bounds.contains(mean.value)) << part.name << " at checkpoint " << checkpoint;
+    }
+  }
+}
+
+TEST(ConstantVelocity, RangeHoldsTheScaleOverFlatGround) { expect_consistent(fly_and_check_scale("outdoor_cruise")); }
+
+TEST(ConstantVelocity, RangeHoldsTheScaleOverSteppedGround) {
+  expect_consistent(fly_and_check_scale("outdoor_cruise_stepped"));
+}
+
+}  // namespace
+}  // namespace plumb::sim
