@@ -132,6 +132,12 @@ def test_tool_that_fails_is_named_with_its_last_words(tools: Path) -> None:
     assert "simulate.log" in str(failure.value)
 
 
+def test_replay_that_fails_ends_the_other(tools: Path) -> None:
+    _program(tools / "plumb-replay", '[[ "$*" == *--no-range* ]] || { echo "no imu0"; exit 2; }; exec sleep 600')
+    with pytest.raises(StepFailed, match="no imu0"):
+        pipeline.fly(_steps(), "demo", tools / "made/flight", Folders(tools / "work"))
+
+
 def test_mean_and_worst_of_signed_figures_go_by_size(tools: Path) -> None:
     folders = Folders(tools / "work")
     pipeline.simulate(_steps(), find_scene("demo"), 1, folders)

@@ -145,6 +145,14 @@ def test_bad_input_is_told_in_a_line(
     assert not (tmp_path / "out.html").exists()
 
 
+def test_replays_in_the_wrong_order_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    vio = made_flight.write_run(tmp_path / "vio", with_range=False)
+    run = made_flight.write_run(tmp_path / "range")
+    assert main([str(vio), str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
+    assert "flown without a single range" in capsys.readouterr().err
+
+
 def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     flight = made_flight.write_flight(tmp_path / "flight")
     run = made_flight.write_run(tmp_path / "run")
@@ -156,7 +164,7 @@ def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
-    [(None, "m", "&ndash;"), (0.00747, "m", "0.747"), (1.234, "m", "1.23"), (-0.5, "%", "&minus;0.5"), (6489.0, "", "6489")],
+    [(None, "m", "&ndash;"), (0.00747, "m", "0.747"), (1.234, "m", "1.23"), (-0.0184, "%", "&minus;0.018"), (6489.0, "", "6489")],
 )
 def test_numbers_are_short(value: float | None, unit: str, text: str) -> None:
     assert number(value, 3, unit).startswith(text)

@@ -138,8 +138,13 @@ def fly(steps: Steps, name: str, flight: Path, folders: Folders) -> None:
             command = [REPLAY, "--asl", flight, "--out", folders.run(run), *options]
             step.run(f"fly {name}, {run}", command, folders.log(f"fly-{run}"))
 
-        for done in [workers.submit(replay, run) for run in (RANGE_VIO, VIO)]:
-            done.result()
+        flown = [workers.submit(replay, run) for run in (RANGE_VIO, VIO)]
+        try:
+            for done in flown:
+                done.result()
+        except BaseException:
+            step.stop()  # else leaving the pool waits for the other replay
+            raise
 
 
 def read_runs(folders: Folders) -> tuple[dict[str, Run], dict[str, str]]:

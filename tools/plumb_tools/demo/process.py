@@ -56,6 +56,14 @@ class Step:
     def __init__(self, progress: Progress) -> None:
         """Inside a rich progress display."""
         self._progress = progress
+        self._running: list[subprocess.Popen[str]] = []
+        self._stopped = False
+
+    def stop(self) -> None:
+        """Ends what this step runs, from whatever thread."""
+        self._stopped = True
+        for process in self._running:
+            process.terminate()
 
     def run(self, title: str, command: Sequence[str | Path], log: Path) -> None:
         """Runs a command; its output goes to the log file. Throws StepFailed."""
@@ -69,16 +77,16 @@ class Step:
                 process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             except OSError as error:
                 raise StepFailed(f"{words[0]}: {error.strerror}") from None
+            self._running.append(process)
+            if self._stopped:
+                process.terminate()
             with process:
                 assert process.stdout is not None
-                try:
-                    for line in process.stdout:
-                        stream.write(line)
-                        tail.append(line.rstrip())
-                        bar.show(line)
-                except BaseException:
-                    process.terminate()
-                    raise
+                for line in process.stdout:
+                    stream.write(line)
+                    tail.append(line.rstrip())
+                    bar.show(line)
+            self._running.remove(process)
         if process.returncode != 0:
             last = "\n".join(f"  {line}" for line in tail if line)
             raise StepFailed(f"{shlex.join(words)} ended with {process.returncode}:\n{last}\n  (all of it in {log})")
@@ -105,5 +113,10 @@ class Steps:
             self.console.print(f"  {title} ...", highlight=False)
         columns = (TextColumn("  {task.description:<34}"), BarColumn(32), TaskProgressColumn(), TimeElapsedColumn())
         with Progress(*columns, console=self.console, transient=True, disable=not self.console.is_terminal) as bars:
-            yield Step(bars)
+            step = Step(bars)
+            try:
+                yield step
+            except BaseException:
+                step.stop()
+                raise
         self.note(title, monotonic() - started)

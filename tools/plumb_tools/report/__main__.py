@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import webbrowser
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -90,10 +91,19 @@ def write_report(folder: Path, runs: list[Run], out: Path, images: int, progress
     return out.stat().st_size
 
 
+def _read_runs(arguments: argparse.Namespace) -> list[Run]:
+    """The replays under the names of what they are."""
+    main = read_run(arguments.run, "range-VIO")
+    with_range = bool(main.states["range_outcome"].any())
+    if arguments.run_no_range is None:
+        return [main if with_range else replace(main, label="VIO")]
+    if not with_range:
+        raise InputError(f"{arguments.run}: flown without a single range; it is compared with a flight without range")
+    return [main, read_run(arguments.run_no_range, "VIO")]
+
+
 def _write(arguments: argparse.Namespace, console: Console) -> None:
-    runs = [read_run(arguments.run, "range-VIO")]
-    if arguments.run_no_range is not None:
-        runs.append(read_run(arguments.run_no_range, "VIO"))
+    runs = _read_runs(arguments)
 
     def tell(text: str) -> None:
         console.print(f"report: {text}", style="dim", highlight=False, soft_wrap=True)

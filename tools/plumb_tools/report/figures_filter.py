@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import plotly.graph_objects as go
 
 from plumb_tools.report import theme
 from plumb_tools.report.analysis import stretches, worst_of_blocks
@@ -10,7 +11,7 @@ from plumb_tools.report.headline import US_PER_MS
 from plumb_tools.report.model import Model
 from plumb_tools.report.panel import MAX_POINTS, Panel, grid, line, time_axis
 from plumb_tools.report.run import STAGE_SUFFIX, Mode, RangeOutcome
-from plumb_tools.trajectory import IntArray
+from plumb_tools.trajectory import FloatArray, IntArray
 
 #: Ranges are single points: more of them than this only slow the page down.
 MAX_RANGES = 4000
@@ -36,8 +37,6 @@ def range_profile(model: Model) -> Panel | None:
     figure = grid(1, 1)
     sample_t_s, sample_m = model.flight.seconds(finder.t_ns), np.where(finder.range_m > 0.0, finder.range_m, np.nan)
     figure.add_trace(line(sample_t_s, sample_m, "every sample", theme.faded(theme.MUTED, 0.55), width=1.0))
-    for kind in _DRAWN_OUTCOMES:
-        _add_ranges(figure, t_s, states["range_measured_m"], np.flatnonzero(outcome == kind), kind)
     predicted = np.where(states["range_predicted_m"] > 0.0, states["range_predicted_m"], np.nan)
     rows = np.flatnonzero(np.isfinite(predicted))
     rows = rows[:: max(1, len(rows) // MAX_RANGES)]
@@ -46,8 +45,10 @@ def range_profile(model: Model) -> Panel | None:
         y=predicted[rows],
         mode="markers",
         name="predicted by the facet",
-        marker={"size": 5, "symbol": "line-ew-open", "color": theme.GOOD, "line": {"width": 1.6}},
+        marker={"size": 6, "symbol": "line-ew-open", "color": theme.GOOD, "line": {"width": 1.6}},
     )
+    for kind in _DRAWN_OUTCOMES:
+        _add_ranges(figure, t_s, states["range_measured_m"], np.flatnonzero(outcome == kind), kind)
     silent = sample_t_s[finder.range_m <= 0.0]
     if silent.size:
         marker = {"size": 7, "symbol": "line-ns-open", "color": theme.MUTED, "line": {"width": 1.0}}
@@ -65,7 +66,9 @@ def range_profile(model: Model) -> Panel | None:
     return Panel("range", "Range profile", caption, figure, 340)
 
 
-def _add_ranges(figure, t_s, measured_m, rows: IntArray, kind: RangeOutcome) -> None:  # type: ignore[no-untyped-def]
+def _add_ranges(
+    figure: go.Figure, t_s: FloatArray, measured_m: FloatArray, rows: IntArray, kind: RangeOutcome
+) -> None:
     if not rows.size:
         return
     rows = rows[:: max(1, len(rows) // MAX_RANGES)]

@@ -27,9 +27,10 @@ def number(value: float | None, digits: int = 3, unit: str = "") -> str:
         return NONE
     if unit in ("m", "m/s") and abs(value) < CENTIMETRES_BELOW:
         value, unit = 100.0 * value, "c" + unit
-    text = f"{value:.{digits}g}"
+    # No more decimals than digits: 0.0184 % is as good as 0.018 %, and a small one needs no exponent.
+    text = f"{value:.{digits}g}" if abs(value) >= 1.0 else f"{value:.{digits}f}"
     if "e" in text:
-        text = f"{value:.0f}" if abs(value) >= 1.0 else f"{value:.{digits + 2}f}"
+        text = f"{value:.0f}"
     return text.replace("-", "&minus;") + (f"<span class='unit'>&thinsp;{unit}</span>" if unit else "")
 
 
