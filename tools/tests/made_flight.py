@@ -42,7 +42,8 @@ def scaled(trajectory: Trajectory, scale: float) -> Trajectory:
     kept = slice(FIRST_VALID_ROW, None)
     assert trajectory.v_m_s is not None
     p = scale * (trajectory.p_m - trajectory.p_m[FIRST_VALID_ROW])
-    return Trajectory("scaled", trajectory.t_ns[kept], p[kept], trajectory.rotation[kept], scale * trajectory.v_m_s[kept])
+    v = scale * trajectory.v_m_s
+    return Trajectory("scaled", trajectory.t_ns[kept], p[kept], trajectory.rotation[kept], v[kept])
 
 
 def _yaml_list(values: list[float]) -> str:

@@ -33,7 +33,8 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "sim").mkdir()
     (tmp_path / "sim/world.py").write_text("")
     made = tmp_path / "made"
-    _program(tmp_path / "simulate", f'echo simulate >>"{tmp_path}/calls"; shift; cp -r "{made}/flight" "$3"; echo "[5/10]"')
+    simulate = f'echo simulate >>"{tmp_path}/calls"; shift; cp -r "{made}/flight" "$3"; echo "[5/10]"'
+    _program(tmp_path / "simulate", simulate)
     _program(
         tmp_path / "plumb-replay",
         f'run=range; [[ "$*" != *--no-range* ]] || run=vio; echo $run >>"{tmp_path}/calls"; cp -r "{made}/$run" "$4"',

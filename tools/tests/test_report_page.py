@@ -164,7 +164,13 @@ def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
-    [(None, "m", "&ndash;"), (0.00747, "m", "0.747"), (1.234, "m", "1.23"), (-0.0184, "%", "&minus;0.018"), (6489.0, "", "6489")],
+    [
+        (None, "m", "&ndash;"),
+        (0.00747, "m", "0.747"),
+        (1.234, "m", "1.23"),
+        (-0.0184, "%", "&minus;0.018"),
+        (6489.0, "", "6489"),
+    ],
 )
 def test_numbers_are_short(value: float | None, unit: str, text: str) -> None:
     assert number(value, 3, unit).startswith(text)

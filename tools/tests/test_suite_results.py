@@ -91,7 +91,8 @@ def test_damaged_figures_are_made_again(flown: list[str], tmp_path: Path) -> Non
 def test_replay_without_solution_is_counted_and_explained() -> None:
     scene = Scene("cruise", Path("cruise.yaml"))
     lost = Outcome("cruise", 2, GOOD, None, {"VIO": "trajectory.tum: holds no data line"})
-    text = suite.markdown([suite.SceneResults(scene, [Outcome("cruise", 1, GOOD, BAD, {}), lost])], "tools/score --suite")
+    flights = [Outcome("cruise", 1, GOOD, BAD, {}), lost]
+    text = suite.markdown([suite.SceneResults(scene, flights)], "tools/score --suite")
     assert "|  | VIO | 1 of 2 | 3.60 |" in text
     assert "Seed 2, VIO: no solution (trajectory.tum: holds no data line)." in text
 
