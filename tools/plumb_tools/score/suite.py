@@ -55,9 +55,9 @@ exit codes: 0 written, 1 a step failed, 2 bad input, 130 interrupted"""
 INTRODUCTION = """\
 # Results
 
-Every scene of `tools/scenes` is simulated with several seeds: the same scene with other noise, biases and clocks. Each
+Scenes of `tools/scenes`, each simulated with several seeds: the same scene with other noise, biases and clocks. Each
 flight is flown twice by the same flight software with the same settings; VIO only leaves the range finder out. The
-pixels are rendered, and the whole front end works on them.
+images are rendered, and the whole front end works on them.
 
 Errors per axis are those after alignment in position and heading at the first pose, in percent of the distance
 travelled; ATE is the root mean square position error after alignment in position and heading over the flight. NEES is
@@ -153,10 +153,11 @@ def _markdown_table(results: Sequence[SceneResults]) -> list[str]:
 
 def _scene_text(result: SceneResults) -> list[str]:
     scored = [figures for outcome in result.outcomes if (figures := outcome.range_vio or outcome.vio) is not None]
-    length = f" {scored[0].headline.distance_m:.0f} m." if scored else ""
+    length = f" ({scored[0].headline.distance_m:.0f} m)" if scored else ""
     ratio = error_ratio(result.outcomes)
     compared = "" if ratio is None else f" The greatest error of VIO is {ratio:.1f} times that of range-VIO."
-    lines = [f"* **{result.scene.name}.** {result.scene.summary or 'No summary in the scene file.'}{length}{compared}"]
+    summary = result.scene.summary.rstrip(".") or "no summary in the scene file"
+    lines = [f"* **{result.scene.name}**{length}: {summary}.{compared}"]
     for outcome in result.outcomes:
         for name, why in outcome.reasons.items():
             lines.append(f"  Seed {outcome.seed}, {name}: no solution ({_one_line(why)}).")
