@@ -51,6 +51,15 @@ def test_page_is_one_file_without_links_to_a_network(page: Path) -> None:
     assert not list(page.parent.glob("*.part"))
 
 
+def test_scales_of_a_figure_that_is_not_drawn_yet_can_be_changed(browser: Browser) -> None:
+    assert browser.run("document.querySelector('#attitude .plot').data === undefined")
+    browser.run("document.querySelector('#attitude .release').click()")
+    browser.wait_for(
+        "document.querySelector('#attitude .plot').layout?.yaxis2?.range?.[1] === data.figures.attitude.own.yaxis2[1]"
+    )
+    assert browser.complaints == []
+
+
 def test_every_figure_is_drawn_without_a_complaint(browser: Browser) -> None:
     browser.run("Promise.all(plots.map(draw)).then(() => null)")
     keys = browser.run("plots.filter((div) => div.data).map((div) => div.dataset.key)")

@@ -79,9 +79,15 @@ function cursorShapes(div) {
   return others;
 }
 
-async function draw(div) {
-  if (div.dataset.drawn) return;
-  div.dataset.drawn = "yes";
+const drawn = new Map();
+
+// Draws a figure once; resolves when it stands.
+function draw(div) {
+  if (!drawn.has(div)) drawn.set(div, drawNow(div));
+  return drawn.get(div);
+}
+
+async function drawNow(div) {
   const figure = data.figures[div.dataset.key];
   assign(figure.layout, themed(figure.layout));
   const layout = { ...figure.layout, shapes: cursorShapes(div) };
@@ -151,7 +157,7 @@ function release(button) {
   button.textContent = free ? "one scale" : "own scales";
   const change = {};
   for (const [axis, range] of Object.entries(free ? figure.own : figure.common)) change[`${axis}.range`] = range;
-  Plotly.relayout(div, change);
+  draw(div).then(() => Plotly.relayout(div, change));
 }
 
 root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
