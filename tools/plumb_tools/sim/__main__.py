@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 import time
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from types import FrameType
 
@@ -81,7 +82,8 @@ def _list() -> None:
     console = Console()
     for name in scene_file.names():
         scene = scene_file.read(scene_file.find(name))
-        console.print(f"[bold]{name:11}[/] {scene.trajectory.length_s:4.0f} s  {scene.scene.summary}", highlight=False)
+        line = f"[bold]{name:11}[/] {scene.trajectory.length_s:4.0f} s  {scene.scene.summary}"
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 class _Bar:
@@ -105,6 +107,8 @@ class _Bar:
         return self
 
     def __exit__(self, *_: object) -> None:
+        if self._task is not None:
+            self._progress.remove_task(self._task)
         self._progress.stop()
 
     def __call__(self, step: str, done: int, total: int) -> None:
@@ -159,6 +163,9 @@ def main(argv: list[str] | None = None) -> int:
     except InputError as error:
         for line in str(error).splitlines():
             print(f"simulate: {line}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except BrokenExecutor:
+        print("simulate: a drawing process died, perhaps for want of memory; nothing is left behind", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:
         print(f"simulate: {error}; nothing is left behind", file=sys.stderr)

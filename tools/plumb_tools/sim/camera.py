@@ -25,7 +25,7 @@ class Optics:
 
     def __init__(self, camera: Camera) -> None:
         """Inverts the lens for every pixel."""
-        width, height = round(camera.size_px[0]), round(camera.size_px[1])
+        width, height = camera.width_px, camera.height_px
         focal = camera.supersample * max(camera.lens.focal_px)
         left, right, up, down = lens_model.half_widths(camera.lens, (width, height)) * focal + _MARGIN_PX
         self.pinhole = Pinhole(int(np.ceil(left + right)) + 1, int(np.ceil(up + down)) + 1, focal, left, up)
@@ -52,7 +52,7 @@ class Sensor:
         self._ideal = camera.ideal
         self._light = light
         self._seed = seed
-        shape = round(camera.size_px[1]), round(camera.size_px[0])
+        shape = camera.height_px, camera.width_px
         pattern = stream(seed, "camera.pattern").standard_normal(shape, dtype=np.float32)
         self._response = 1.0 + (0.0 if self._ideal else self._pixel.pattern_noise) * pattern
 

@@ -36,8 +36,8 @@ def instants(name: str, clock: Clock, rate_hz: float, length_s: float, seed: int
     jitter is cut at two fifths of a period.
     """
     period_s = 1.0 / rate_hz
-    count = max(0, int(np.floor((length_s - clock.phase_s) * rate_hz + 1e-9)) + 1)
-    true = true_ns(clock.phase_s + period_s * np.arange(count, dtype=np.float64))
+    count = max(0, int(np.floor(length_s * rate_hz - clock.phase + 1e-9)) + 1)
+    true = true_ns(period_s * (clock.phase + np.arange(count, dtype=np.float64)))
     jitter = clock.jitter_s * stream(seed, f"{name}.clock").standard_normal(count)
     error = clock.offset_s + np.clip(jitter, -0.4 * period_s, 0.4 * period_s)
     return Instants((true - EPOCH_NS) / _NS_PER_S, true + np.round(error * _NS_PER_S).astype(np.int64))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -91,11 +93,11 @@ def meter(scene: Scene, world: WorldModel, positions_m: FloatArray, R_WC: FloatA
 _maker: FrameMaker | None = None
 
 
-def _start(scene: Scene, world: WorldModel, seed: int) -> None:
-    """A worker begins. Interrupts are the parent's business."""
+def _start(scene: Scene, world_file: Path, seed: int) -> None:
+    """A worker begins."""
     global _maker
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with world_file.open("rb") as file:
+        world: WorldModel = pickle.load(file)
     _maker = FrameMaker(scene, world, seed)
 
 
@@ -106,18 +108,40 @@ def _take(frames: list[Frame]) -> int:
     return len(frames)
 
 
-def take_all(scene: Scene, world: WorldModel, seed: int, frames: list[Frame], advance: Callable[[int], None]) -> None:
-    """Takes all images, on every core; `advance` is told how many more are done. Leaves no process behind."""
-    workers = max(1, min(len(os.sched_getaffinity(0)), -(-len(frames) // _FRAMES_PER_TASK)))
-    tasks = [frames[i : i + _FRAMES_PER_TASK] for i in range(0, len(frames), _FRAMES_PER_TASK)]
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start, (scene, world, seed))
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes started here never see the interrupt key, which reaches the whole group; the parent sees it after."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        waiting: list[Future[int]] = [pool.submit(_take, task) for task in tasks]
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def take_all(
+    scene: Scene, world: WorldModel, seed: int, frames: list[Frame], scratch: Path, advance: Callable[[int], None]
+) -> None:
+    """Takes all images, on every core; `advance` is told how many more are done. Leaves no process and no file behind.
+
+    `scratch`: a file for the world while the processes run; handed over through pipes it would stop the parent.
+    """
+    tasks = [frames[i : i + _FRAMES_PER_TASK] for i in range(0, len(frames), _FRAMES_PER_TASK)]
+    workers = max(1, min(len(os.sched_getaffinity(0)), len(tasks)))
+    with scratch.open("wb") as file:
+        pickle.dump(world, file, protocol=pickle.HIGHEST_PROTOCOL)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start, (scene, scratch, seed))
+    try:
+        with _deaf_children():
+            waiting: list[Future[int]] = [pool.submit(_take, task) for task in tasks]
         for future in as_completed(waiting):
             advance(future.result())
     except BaseException:
+        processes = list((pool._processes or {}).values())
         pool.shutdown(wait=False, cancel_futures=True)
-        for process in list((pool._processes or {}).values()):
+        for process in processes:
             process.terminate()
+        for process in processes:
+            process.join()  # nobody may still be writing when the folder goes away
         raise
     pool.shutdown()
+    scratch.unlink()

@@ -115,11 +115,9 @@ def sample(imu: Imu, motion: Motion, instants: Instants, gravity_m_s2: float, se
 
 def effective_densities(imu: Imu) -> tuple[float, float]:
     """Noise densities of gyro and accelerometer with the rotors' broadband part in: what a calibration in hover finds,
-    and what a filter should be told.
+    and what a filter should be told. Those of the data sheet for an ideal IMU: no filter can be told none.
     """
-    if imu.ideal:
-        return 0.0, 0.0
-    per_root_hz = 1.0 / np.sqrt(imu.rate_hz)
+    per_root_hz = 0.0 if imu.ideal else 1.0 / np.sqrt(imu.rate_hz)
     return (
         float(np.hypot(imu.gyro_noise_density, imu.vibration.gyro_broad_rad_s * per_root_hz)),
         float(np.hypot(imu.accel_noise_density, imu.vibration.accel_broad_m_s2 * per_root_hz)),

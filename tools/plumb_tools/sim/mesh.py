@@ -12,6 +12,9 @@ import numpy.typing as npt
 
 from plumb_tools.sim.materials import INDEX, MATERIALS
 
+#: Weights of x, y and z when a texture's plane is chosen: slopes up to 60 degrees still count as ground.
+_UPRIGHT = np.array([1.0, 1.0, 1.75])
+
 Float32 = npt.NDArray[np.float32]
 Points = npt.NDArray[np.floating]
 
@@ -161,5 +164,7 @@ def indexed(points: Points, triangles: npt.NDArray[np.integer], material: str | 
     flat = triangles.ravel()
     position = np.asarray(points)[flat]
     surface = ground_surface(len(flat)) if material is None else surface_of(material, albedo, len(flat))
-    uv = position[:, :2] + (0.0 if material is None else 0.7) * position[:, 2:]
+    # The texture lies in the plane that each triangle faces most: nothing is stretched on slopes.
+    facing = np.repeat(np.argmax(np.abs(face) * _UPRIGHT, axis=1), 3)
+    uv = np.choose(facing[:, None], [position[:, 1:], position[:, ::2], position[:, :2]])
     return Mesh(position.astype(np.float32), normal[flat].astype(np.float32), uv.astype(np.float32), surface)

@@ -23,6 +23,14 @@ _LEVEL_RADIUS_M = 2.5  #: the ground is level this far around the place of take-
 _LEVEL_BLEND_M = 5.0  #: ... and becomes itself over this distance
 _SCARP_WIDTH_M = 0.5
 
+#: Flat ground goes on this far beyond what is painted, which is mirrored there.
+_APRON_M = 150.0
+
+_SHORE_POINTS = 72
+
+#: Rocks below this radius get a coarser shape.
+_SMALL_ROCK_M = 0.25
+
 
 @dataclass(frozen=True)
 class Terrain:
@@ -57,18 +65,18 @@ class Terrain:
 def terrain(ground: Ground, level_at: tuple[float, float], random: Generator) -> Terrain:
     """Fractal relief, zero and level where the vehicle starts."""
     x0, y0, x1, y1 = ground.extent_m
-    spacing = ground.grid_m if ground.relief_m > 0.0 or ground.scarps > 0.0 else max(x1 - x0, y1 - y0) / 2.0
+    if ground.relief_m == 0.0 and ground.scarp_m == 0.0:
+        side = max(x1 - x0, y1 - y0) + 2.0 * _APRON_M
+        return Terrain(x0 - _APRON_M, y0 - _APRON_M, side, np.zeros((2, 2)))
+    spacing = ground.grid_m
     columns, rows = int(np.ceil((x1 - x0) / spacing)) + 1, int(np.ceil((y1 - y0) / spacing)) + 1
-    height = np.zeros((rows, columns))
-    if ground.relief_m > 0.0 or ground.scarps > 0.0:
-        side = max(rows, columns)
-        lowest = side * spacing / ground.wavelength_m
-        slope = 1.0 - np.log2(ground.roughness)
-        relief = noise.fractal(random, (side, side), slope, low=lowest).astype(np.float64)
-        height += (ground.relief_m / np.abs(relief).max() * relief)[:rows, :columns]
-        cliffs = noise.fractal(random, (side, side), 2.2, low=lowest * 0.6, high=lowest * 8.0).astype(np.float64)
-        sharpness = ground.wavelength_m / (4.0 * _SCARP_WIDTH_M)
-        height += 0.5 * ground.scarps * np.tanh(sharpness * cliffs[:rows, :columns])
+    cells = max(rows, columns)
+    lowest = cells * spacing / ground.wavelength_m
+    relief = noise.fractal(random, (cells, cells), 1.0 - np.log2(ground.roughness), low=lowest).astype(np.float64)
+    height = (ground.relief_m / np.abs(relief).max() * relief)[:rows, :columns]
+    cliffs = noise.fractal(random, (cells, cells), 2.2, low=lowest * 0.6, high=lowest * 8.0).astype(np.float64)
+    sharpness = ground.wavelength_m / (4.0 * _SCARP_WIDTH_M)
+    height += 0.5 * ground.scarp_m * np.tanh(sharpness * cliffs[:rows, :columns])
     raw = Terrain(x0, y0, spacing, height)
     y, x = np.mgrid[0:rows, 0:columns]
     distance = np.hypot(x0 + x * spacing - level_at[0], y0 + y * spacing - level_at[1])
@@ -108,7 +116,7 @@ def _lumpy(random: Generator, levels: int, roughness: float, flattening: float) 
     for octave in range(1, 5):
         for _ in range(3):
             direction = random.standard_normal(3)
-            radius += roughness / octave * np.sin(1.7 * octave * (points @ direction) + random.uniform(0.0, 6.28))
+            radius += roughness / octave**1.5 * np.sin(1.7 * octave * (points @ direction) + random.uniform(0.0, 6.28))
     return np.asarray(np.maximum(radius, 0.4)[:, None] * points * np.array([1.0, 1.0, flattening]))
 
 
@@ -122,10 +130,11 @@ def rocks(item: objects.Rocks, height_at: HeightAt, keep_clear: tuple[float, flo
     small, large = item.radius_m
     sizes = np.minimum(small * (1.0 - random.random(item.count)) ** (-1.0 / 1.8), large)
     base = height_at(places)
-    _, triangles = _sphere(2)
     parts = []
     for place, size, z in zip(places, sizes, base, strict=True):
-        points = _lumpy(random, 2, 0.12, random.uniform(0.55, 0.9)) * size
+        levels = 1 if size < _SMALL_ROCK_M else 2
+        _, triangles = _sphere(levels)
+        points = _lumpy(random, levels, 0.12, random.uniform(0.55, 0.9)) * size
         albedo = float(random.uniform(0.28, 0.5))
         if np.hypot(*(place - np.array(keep_clear))) < 1.0 + size:
             continue
@@ -137,7 +146,7 @@ def trees(item: objects.Trees, height_at: HeightAt, random: Generator) -> Mesh:
     """Trunks with crowns of a few lumps."""
     places = _places(random, item.area_m, item.count)
     base = height_at(places)
-    _, triangles = _sphere(3)
+    _, triangles = _sphere(2)
     parts = []
     for place, z in zip(places, base, strict=True):
         height = random.uniform(*item.height_m)
@@ -147,6 +156,22 @@ def trees(item: objects.Trees, height_at: HeightAt, random: Generator) -> Mesh:
         for _ in range(3):
             radius = height * random.uniform(0.2, 0.3)
             offset = [*(random.standard_normal(2) * 0.12 * height), height - 1.1 * radius]
-            crown = _lumpy(random, 3, 0.09, 0.85) * radius
+            crown = _lumpy(random, 2, 0.09, 0.85) * radius
             parts.append(mesh.indexed(crown + foot + offset, triangles, "leaves", albedo))
     return mesh.join(parts)
+
+
+def pond(item: objects.Water, random: Generator) -> Mesh:
+    """A level surface with a wavy shore inside a rectangle."""
+    angles = 2.0 * np.pi * np.arange(_SHORE_POINTS) / _SHORE_POINTS
+    reach = np.ones(_SHORE_POINTS)
+    for waves in range(2, 7):
+        reach += 0.25 / waves * np.sin(waves * angles + random.uniform(0.0, 2.0 * np.pi))
+    reach *= 0.5 / reach.max()
+    x = item.center_m[0] + item.size_m[0] * reach * np.cos(angles)
+    y = item.center_m[1] + item.size_m[1] * reach * np.sin(angles)
+    points = np.column_stack([np.r_[item.center_m[0], x], np.r_[item.center_m[1], y]])
+    points = np.column_stack([points, np.full(len(points), item.level_m)])
+    shore = np.arange(_SHORE_POINTS)
+    fan = np.column_stack([np.zeros_like(shore), 1 + shore, 1 + (shore + 1) % _SHORE_POINTS])
+    return mesh.indexed(points, fan, "water", None)

@@ -22,6 +22,7 @@ import moderngl
 
 _NEAR_M = 0.03
 _FAR_M = 1000.0
+_SKY = 0.9  #: radiance where there is no ground
 _CHUNK_M = 12.0
 _SAMPLES = 4  #: of multi-sample anti-aliasing
 _ANISOTROPY = 8.0
@@ -206,7 +207,7 @@ class Renderer:
 
     def radiance(self, position_m: FloatArray, R_WC: FloatArray) -> Float32:
         """The image (H, W): 1 is a white surface that lies flat in the sun. Camera position in W, rotation C to W."""
-        self._draw(self._drawn, self._colour, position_m, R_WC, 0.0)
+        self._draw(self._drawn, self._colour, position_m, R_WC, _SKY)
         self._context.copy_framebuffer(self._resolved, self._drawn)
         return self._read(self._resolved, np.dtype(np.float16)).astype(np.float32)
 

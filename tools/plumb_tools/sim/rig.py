@@ -40,8 +40,8 @@ def calibration(camera: Camera, on_board: Rig) -> Calibration:
     lens = camera.lens
     count = {"none": 0, "fov": 1}.get(lens.model, 4)
     return Calibration(
-        width=round(camera.size_px[0]),
-        height=round(camera.size_px[1]),
+        width=camera.width_px,
+        height=camera.height_px,
         intrinsics=(*lens.focal_px, *lens.center_px),
         distortion_model=lens.model,
         distortion_coefficients=lens.coefficients[:count],

@@ -29,7 +29,7 @@ class Ground:
     """The ground: a rectangle x0 y0 x1 y1, flat or with fractal relief.
 
     Relief is zero-mean with the given peak height over `wavelength_m`; `roughness` is the ratio of amplitudes from one
-    octave to the next; `scarps` such steps cut through it. `map_m_per_px`: resolution of what is painted on it.
+    octave to the next; steps of height `scarp_m` cut through it. `map_m_per_px`: resolution of what is painted on it.
     """
 
     extent_m: tuple[float, float, float, float] = key(AREA, (-40.0, -40.0, 200.0, 40.0))
@@ -40,7 +40,7 @@ class Ground:
     relief_m: float = key(Real("m", low=0.0, high=100.0), 0.0)
     wavelength_m: float = key(Real("m", low=1.0, high=FURTHEST_M), 40.0)
     roughness: float = key(Real("", low=0.1, high=0.8), 0.45)
-    scarps: float = key(Real("m", low=0.0, high=20.0), 0.0)
+    scarp_m: float = key(Real("m", low=0.0, high=20.0), 0.0)
     grid_m: float = key(Real("m", low=0.05, high=10.0), 0.3)
     orthophoto_m_per_px: float = key(Real("m", low=0.005, high=2.0), 0.1)
 

@@ -21,10 +21,10 @@ SMALL_ANGLES = Vector(3, Real("deg", low=-45.0, high=45.0))
 class Clock:
     """When a sensor samples and what its stamps say: stamp = sampling time + offset + jitter.
 
-    `phase_s` moves the samples, so that the sensors do not all sample at the same instant.
+    `phase`, in periods, moves the samples, so that the sensors do not all sample at the same instant.
     """
 
-    phase_s: float = key(Real("s", low=0.0, high=1.0), 0.0)
+    phase: float = key(SHARE, 0.0)
     offset_s: float = key(Real("s", low=-0.1, high=0.1), 0.0)
     jitter_s: float = key(Real("s", low=0.0, high=0.01), 0.0)
 
@@ -33,7 +33,7 @@ class Clock:
 class CameraClock(Clock):
     """Images fall between IMU samples."""
 
-    phase_s: float = key(Real("s", low=0.0, high=1.0), 0.0137)
+    phase: float = key(SHARE, 0.41)
     jitter_s: float = key(Real("s", low=0.0, high=0.01), 5e-5)
 
 
@@ -41,7 +41,7 @@ class CameraClock(Clock):
 class RangeClock(Clock):
     """Read over I2C by a polling thread: stamps are coarser than those of the others."""
 
-    phase_s: float = key(Real("s", low=0.0, high=1.0), 0.0071)
+    phase: float = key(SHARE, 0.18)
     jitter_s: float = key(Real("s", low=0.0, high=0.01), 5e-4)
 
 
@@ -135,7 +135,8 @@ class Camera:
     ideal: bool = key(Flag(), False)
     rate_hz: float = key(RATE, 30.0)
     clock: CameraClock = section(CameraClock)
-    size_px: tuple[float, float] = key(Vector(2, Real("px", low=64, high=4096)), (640, 480))
+    width_px: int = key(Whole(64, 4096), 640)
+    height_px: int = key(Whole(48, 4096), 480)
     position_in_imu_m: tuple[float, float, float] = key(LEVER, (0.08, -0.03, -0.05))
     forward_tilt_deg: float = key(Real("deg", low=-30.0, high=90.0), 0.0)
     misalignment_deg: tuple[float, float, float] = key(SMALL_ANGLES, (1.5, -1.0, 2.0))

@@ -52,7 +52,7 @@ const float kBrightestSlope = 1.7;
 
 void main() {
   bool painted = material_albedo.y == 0.0;
-  vec2 on_map = (world_m.xy - extent_m.xy) / extent_m.zw;
+  vec2 on_map = abs(mod((world_m.xy - extent_m.xy) / extent_m.zw + 1.0, 2.0) - 1.0);  // mirrored beyond its edges
   vec2 map = texture(ground, on_map).rg;
   float number = painted ? texture(ground_material, on_map).r * 255.0 : material_albedo.x;
   int index = int(number + 0.5);

@@ -27,6 +27,7 @@ from plumb_tools.trajectory import FloatArray, InputError
 
 SCENE_FILE = "scene.yaml"
 LOG_FILE = "flight.lcmlog"
+_SCRATCH_FILE = "world.pickle"
 
 #: Told what is being done, how much of it is done, and how much there is.
 Report = Callable[[str, int, int], None]
@@ -111,7 +112,7 @@ def _take_images(plan: Plan, trajectory: Trajectory, on_board: Rig, root: Path, 
         report("taking images", done, len(todo))
 
     report("taking images", 0, len(todo))
-    frames.take_all(plan.scene, plan.world, plan.seed, todo, advance)
+    frames.take_all(plan.scene, plan.world, plan.seed, todo, root / _SCRATCH_FILE, advance)
     files = [(int(instants.stamp_ns[k]), frame.path) for k, frame in zip(keep, todo, strict=True)]
     return _Images(files, exposure.Settings(chosen.exposure_s[keep], chosen.gain[keep]))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -190,12 +191,17 @@ def _quantised(image: Image) -> npt.NDArray[np.uint8]:
     return np.asarray(np.clip(level + 0.5, 0.0, 255.0).astype(np.uint8))
 
 
+@cache
+def _layer(name: str) -> npt.NDArray[np.uint8]:
+    return _quantised(_MAKERS[name](stream(_LOOK_SEED, name)))
+
+
 def texture_set(used: set[str], pictures: dict[str, Path]) -> TextureSet:
     """The layers of the materials that are used; other materials get a plain one. `pictures`: material names and the
     user's pictures that take the place of their finest layer.
     """
     names = ["plain", *sorted({layer for name in used for layer in MATERIALS[name].layers} - {"plain"})]
-    images = [_quantised(_MAKERS[name](stream(_LOOK_SEED, name))) for name in names]
+    images = [_layer(name) for name in names]
     number = {name: index for index, name in enumerate(names)}
     layer_of = np.array([[number.get(layer, 0) for layer in m.layers] for m in MATERIALS.values()], np.int32)
     for name, path in sorted(pictures.items()):

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from plumb_tools.sim import buildings, mesh, nature, objects
+from plumb_tools.sim import buildings, nature, objects
 from plumb_tools.sim.ground_map import GroundMap, GroundPainter
 from plumb_tools.sim.materials import INDEX, MATERIALS
-from plumb_tools.sim.mesh import Mesh, Placement
+from plumb_tools.sim.mesh import Mesh, join
 from plumb_tools.sim.raycast import RayCaster
 from plumb_tools.sim.scene import Light, Scene
 from plumb_tools.sim.streams import Generator, stream
@@ -87,8 +87,7 @@ def _solids(scene: Scene, height_at: nature.HeightAt) -> list[Mesh]:
             case objects.StreetLight():
                 parts.append(buildings.street_light(item))
             case objects.Water():
-                foot = mesh.rectangle(*item.size_m)
-                parts.append(mesh.slab(Placement(*item.center_m), foot, item.level_m, "water"))
+                parts.append(nature.pond(item, random))
             case objects.Trees():
                 parts.append(nature.trees(item, height_at, random))
             case objects.Rocks():
@@ -96,13 +95,26 @@ def _solids(scene: Scene, height_at: nature.HeightAt) -> list[Mesh]:
     return parts
 
 
-def build(scene: Scene, pictures: UserPictures) -> WorldModel:
-    """The world of a scene."""
-    ground = scene.scene.ground
+@dataclass(frozen=True)
+class Geometry:
+    """The shapes of a world, without their looks."""
+
+    mesh: Mesh
+    caster: RayCaster
+    height_at: nature.HeightAt  #: of the bare ground
+
+
+def shape(scene: Scene) -> Geometry:
+    """The shapes of a scene."""
     start = scene.trajectory.start.position_m
-    terrain = nature.terrain(ground, (start[0], start[1]), stream(_WORLD_SEED, "terrain"))
-    whole = mesh.join([terrain.mesh(), *_solids(scene, terrain.at)])
-    painter = GroundPainter(ground, stream(_WORLD_SEED, "ground"))
+    terrain = nature.terrain(scene.scene.ground, (start[0], start[1]), stream(_WORLD_SEED, "terrain"))
+    mesh = join([terrain.mesh(), *_solids(scene, terrain.at)])
+    return Geometry(mesh, RayCaster(mesh), terrain.at)
+
+
+def paint(scene: Scene, geometry: Geometry, pictures: UserPictures) -> WorldModel:
+    """The world of a scene: its shapes with their looks."""
+    painter = GroundPainter(scene.scene.ground, stream(_WORLD_SEED, "ground"))
     if pictures.orthophotos:
         painter.orthophotos(pictures.orthophotos)
     for index, item in enumerate(scene.scene.objects):
@@ -110,9 +122,8 @@ def build(scene: Scene, pictures: UserPictures) -> WorldModel:
             painter.road(item, _random(index, item))
         elif isinstance(item, objects.Patch):
             painter.patch(item)
-    caster = RayCaster(whole)
     sun = sun_direction(scene.scene.light)
-    painted = painter.finish(lambda points: caster.occluded(points, sun), terrain.at)
-    used = {int(number) for number in np.r_[np.unique(painted.material), np.unique(whole.surface[:, 0])]}
-    names = {name for name, number in INDEX.items() if number in used}
-    return WorldModel(whole, painted, texture_set(names, pictures.materials), scene.scene.light)
+    painted = painter.finish(lambda points: geometry.caster.occluded(points, sun), geometry.height_at)
+    numbers = np.r_[np.unique(painted.material), np.unique(geometry.mesh.surface[:, 0])]
+    used = {name for name, number in INDEX.items() if number in numbers}
+    return WorldModel(geometry.mesh, painted, texture_set(used, pictures.materials), scene.scene.light)
