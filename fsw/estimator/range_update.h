@@ -2,7 +2,6 @@
 // One range into the filter, at its own time: the facet under the beam, the checks, the gate, the one-row update.
 
 #include <algorithm>
-#include <utility>
 
 #include <Eigen/LU>
 
@@ -126,18 +125,25 @@ double RangeUpdate<Config>::relief_about(const FacetChoice& facet, const Vec2& q
     values(static_cast<Eigen::Index>(j)) = neighbours_[facet.vertices[j]].inverse_depth;
   }
   const Eigen::RowVector3d plane = values * corners.inverse();
-  FixedVector<std::pair<double, double>, Config::kMaxSlamFeatures> others;  // squared distance, squared misfit
+  std::array<double, kAsked> distance2{};  // of the nearest so far, increasing
+  std::array<double, kAsked> misfit2{};
+  std::size_t asked = 0;
   for (std::size_t i = 0; i < neighbours_.size(); ++i) {
     if (std::find(facet.vertices.begin(), facet.vertices.end(), i) != facet.vertices.end()) continue;
     const Neighbour& n = neighbours_[i];
+    const double d2 = (n.z - query).squaredNorm();
+    if (asked == kAsked && d2 >= distance2[kAsked - 1]) continue;
     const double misfit = n.inverse_depth - plane.dot(n.z.homogeneous());
-    const double excess = misfit * misfit - n.inverse_depth_sigma * n.inverse_depth_sigma;
-    static_cast<void>(others.push_back({(n.z - query).squaredNorm(), std::max(excess, 0.0)}));
+    std::size_t place = asked < kAsked ? asked++ : kAsked - 1;
+    for (; place > 0 && distance2[place - 1] > d2; --place) {
+      distance2[place] = distance2[place - 1];
+      misfit2[place] = misfit2[place - 1];
+    }
+    distance2[place] = d2;
+    misfit2[place] = std::max(misfit * misfit - n.inverse_depth_sigma * n.inverse_depth_sigma, 0.0);
   }
-  std::sort(others.begin(), others.end());
-  const std::size_t asked = std::min(kAsked, others.size());
   double sum = 0.0;
-  for (std::size_t i = 0; i < asked; ++i) sum += others[i].second;
+  for (std::size_t i = 0; i < asked; ++i) sum += misfit2[i];
   const double inverse_depth = plane.dot(query.homogeneous());
   if (asked == 0 || !(inverse_depth > 0.0)) return 0.0;
   return range_m * std::sqrt(sum / static_cast<double>(asked)) / inverse_depth;
