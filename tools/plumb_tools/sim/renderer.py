@@ -72,9 +72,11 @@ class _Chunks:
 
 
 def _chunks(mesh: Mesh) -> _Chunks:
+    # Seen from above what is higher is nearer: drawn first, and the ground last, it saves shading what gets hidden.
     corners = mesh.position_m.reshape(-1, 3, 3)
-    cell = np.floor(corners.mean(axis=1)[:, :2] / _CHUNK_M).astype(np.int64)
-    order = np.lexsort((cell[:, 0], cell[:, 1]))
+    ground = mesh.surface[::3, 1] == 0.0
+    cell = np.column_stack([np.floor(corners.mean(axis=1)[:, :2] / _CHUNK_M), ground]).astype(np.int64)
+    order = np.lexsort((-corners[:, :, 2].max(axis=1), cell[:, 0], cell[:, 1], ground))
     vertices = (3 * order[:, None] + np.arange(3)).ravel()
     sorted_mesh = Mesh(*(array[vertices] for array in (mesh.position_m, mesh.normal, mesh.uv_m, mesh.surface)))
     cell = cell[order]

@@ -143,7 +143,7 @@ class Camera:
     lens: Lens = section(Lens)
     exposure: Exposure = section(Exposure)
     pixel: Pixel = section(Pixel)
-    supersample: float = key(Real("", low=1.0, high=4.0), 1.25)
+    supersample: float = key(Real("", low=1.0, high=4.0), 1.1)
     blur_frames: int = key(Whole(1, 32), 1)
 
 
