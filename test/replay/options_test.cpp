@@ -36,12 +36,13 @@ TEST_F(Options, WritesEveryFileAndNothingElse) {
   ASSERT_EQ(result.exit_code, 0) << result.error;
   EXPECT_EQ(lines_of(out_ / "states.csv"), 31U);
   EXPECT_EQ(lines_of(out_ / "timing.csv"), 31U);
+  EXPECT_GT(lines_of(out_ / "features.csv"), 31U);
   const nlohmann::json json = summary();
   const auto valid = json.at("images_valid").get<std::size_t>();
   EXPECT_EQ(lines_of(out_ / "trajectory.tum"), valid);
   EXPECT_EQ(lines_of(out_ / "covariance.csv"), valid + 1);
   EXPECT_EQ(lines_of(out_ / "trajectory_imu.tum"), json.at("predicted_states").get<std::size_t>());
-  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 7);
   EXPECT_EQ(json.at("images_processed"), 30);
   EXPECT_EQ(json.at("counters").at("estimator").at("ranges"), 30);
   if (!json.at("heap_calls").is_null()) {
