@@ -140,7 +140,7 @@ def take_all(
         processes = list((pool._processes or {}).values())
         pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
-            process.terminate()
+            process.kill()  # also when it is stopped
         for process in processes:
             process.join()  # nobody may still be writing when the folder goes away
         raise

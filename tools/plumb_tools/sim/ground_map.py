@@ -48,23 +48,28 @@ class GroundPainter:
         self._columns = int(np.ceil((x1 - x0) / ground.map_m_per_px))
         self._rows = int(np.ceil((y1 - y0) / ground.map_m_per_px))
         self._px_per_m = np.array([self._columns / (x1 - x0), self._rows / (y1 - y0)])
-        self._wear = self._fractal(random)
-        base = ground.albedo * (1.0 + 0.22 * ground.contrast * self._fractal(random))
+        self._wear = self._square(random)
+        base = ground.albedo * (1.0 + 0.22 * ground.contrast * self._cut(self._square(random)))
         self.albedo: Float32 = np.maximum(base, 0.1 * ground.albedo)
         self.material = np.full(self.albedo.shape, INDEX[ground.material], np.uint8)
 
-    def _fractal(self, random: Generator) -> Float32:
-        """Noise over the whole map without repetition, from a third of its size to a few pixels; calm octaves only,
-        because fine ones come from the materials' layers.
+    def _square(self, random: Generator) -> Float32:
+        """Periodic noise at half the map's resolution, from a third of its size to a few pixels; finer detail comes
+        from the materials' layers.
         """
         side = 1 << int(np.ceil(np.log2(0.5 * max(self._columns, self._rows))))
-        part = noise.fractal(random, (side, side), 1.12, low=3.0)[: -(-self._rows // 2), : -(-self._columns // 2)]
+        return noise.fractal(random, (side, side), 1.12, low=3.0)
+
+    def _cut(self, square: Float32) -> Float32:
+        """As much of a square as the map needs, at its resolution."""
+        part = square[: -(-self._rows // 2), : -(-self._columns // 2)]
         return cast(Float32, cv2.resize(part, (self._columns, self._rows), interpolation=cv2.INTER_CUBIC))
 
     def _worn(self, item: objects.Road | objects.Patch) -> Float32:
         """Wear of one item: the map's, moved to where nothing else shows the same."""
         shift = zlib.crc32(repr(item).encode())
-        return np.roll(self._wear, (shift % self._rows, (shift >> 12) % self._columns), axis=(0, 1))
+        side = len(self._wear)
+        return self._cut(np.roll(self._wear, (shift % side, (shift >> 12) % side), axis=(0, 1)))
 
     def _pixels(self, points_m: FloatArray) -> npt.NDArray[np.int32]:
         px = (np.asarray(points_m) - np.array(self._ground.extent_m[:2])) * self._px_per_m - 0.5
