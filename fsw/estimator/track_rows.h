@@ -4,6 +4,7 @@
 // is the start of a SLAM feature, should it become one (delayed initialisation).
 
 #include "fsw/estimator/chi_square.h"
+#include "fsw/estimator/covariance.h"
 #include "fsw/estimator/options.h"
 #include "fsw/estimator/triangulation.h"
 #include "fsw/math/kernels.h"
