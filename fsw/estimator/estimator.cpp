@@ -119,6 +119,10 @@ Status Estimator<Config>::process(const Frame& frame) {
     ++counters_.frames_out_of_order;
     return Status::kOutOfOrder;
   }
+  if (initialised_ && imu_.oldest() > state_.t) {  // no image for longer than the buffer holds: samples are gone
+    ++counters_.imu_overflow;
+    reset();
+  }
   const Time from = initialised_ ? state_.t : frame.t;
   if (!imu_.spans(from, frame.t)) {
     ++counters_.frames_without_imu;
