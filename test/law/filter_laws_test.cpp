@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "fsw/estimator/range_update.h"
-#include "fsw/estimator/visual_update.h"
 #include "test/support/dense_filter.h"
+#include "test/support/visual_case.h"
 
 namespace plumb {
 namespace {
@@ -20,98 +20,19 @@ using test::TinyConfig;
 using State = FilterState<TinyConfig>;
 using Layout = ErrorLayout<TinyConfig>;
 using Stack = UpdateStack<TinyConfig>;
-using Visual = VisualUpdate<TinyConfig>;
-using Frame = FeatureFrame<TinyConfig::kMaxTracks>;
+using test::NewTrack;
 
-constexpr std::size_t kPoses = TinyConfig::kMaxPoses;
-constexpr double kFocal_px = 400.0;
-constexpr double kPixelNoise_px = 0.5;
-constexpr double kSigma = kPixelNoise_px / kFocal_px;
-
-/// A new track: seen by the poses first..last of the window, with noise.
-struct NewTrack {
-  std::uint32_t id = 0;
-  std::size_t first = 0;
-  std::size_t last = kPoses - 1;
-  std::vector<Vec2> z;  ///< of pose first, first + 1, ...
+/// The laws are about what is used: a gate that lets everything pass.
+struct Case : test::VisualCase {
+  Case() : VisualCase(options()) {}
+  static VisionOptions options() {
+    VisionOptions options = test::visual_case_options();
+    options.gate_probability = 0.999999;
+    return options;
+  }
 };
 
-/// A state, a table of tracks that goes with it, and the tools.
-struct Case {
-  SensorCalibration calibration = test::nadir_calibration();
-  std::unique_ptr<State> state = std::make_unique<State>();
-  std::unique_ptr<Visual::Table> tracks = std::make_unique<Visual::Table>();
-  std::unique_ptr<Stack> stack = std::make_unique<Stack>();
-  std::unique_ptr<Visual> visual;
-  std::vector<Vec2> slam_z;  ///< of the newest image, in order of feature
-  std::vector<NewTrack> added;
-  FrameReport report;
-
-  Case() {
-    VisionOptions options;
-    options.pixel_noise_px = kPixelNoise_px;
-    options.min_parallax_px = 1.0;
-    options.gate_probability = 0.999999;  // the laws are about what is used
-    visual = std::make_unique<Visual>(options, calibration);
-  }
-  Status run() { return visual->run(*state, *tracks, *stack, {0.2, 0.1}, report, nullptr); }
-};
-
-Vec2 observe(test::Generator& g, const CameraPose& camera, const Vec3& point) {
-  return test::feature_of(camera, point).head<2>() + g.normal_vector<2>(kSigma);
-}
-
-/// The true state, which observations are of: off the estimate by a twentieth of what the prior allows, so that the
-/// update stays in the linear range and no track fails to triangulate.
-State true_state(test::Generator& g, const State& state) {
-  const Dense root = dense(state.covariance()).llt().matrixL();
-  Eigen::VectorXd error(index(state.size()));
-  for (Eigen::Index k = 0; k < error.size(); ++k) error(k) = 0.05 * g.normal(1.0);
-  error = root * error;
-  State truth = state;
-  truth.retract(error.data());
-  return truth;
-}
-
-void append_frames(const State& state, Case& c) {
-  for (std::size_t k = 0; k < kPoses; ++k) {
-    Frame frame;
-    frame.sequence = state.pose(state.window()[k]).sequence;
-    for (std::size_t i = 0; i < c.slam_z.size(); ++i) {
-      ASSERT_EQ(
-          frame.observations.push_back({state.features[i].track_id, 0.0F, 0.0F, c.slam_z[i].x(), c.slam_z[i].y()}),
-          Status::kOk);
-    }
-    for (const NewTrack& t : c.added) {
-      if (k < t.first || k > t.last) continue;
-      const Vec2& z = t.z[k - t.first];
-      ASSERT_EQ(frame.observations.push_back({t.id, 0.0F, 0.0F, z.x(), z.y()}), Status::kOk);
-    }
-    c.tracks->append(frame);
-  }
-}
-
-/// `slam` features in the state, `started` tracks as long as the window and `ended` ones that the newest image lacks.
-void fill(test::Generator& g, std::size_t slam, std::size_t started, std::size_t ended, Case& c) {
-  const std::vector<Vec3> points = test::fill_state(g, c.calibration, slam, *c.state);
-  const State truth = true_state(g, *c.state);
-  for (std::size_t i = 0; i < slam; ++i) {
-    const SlamFeature& f = truth.features[i];
-    const Vec3 point = feature_in_world(truth.pose(f.anchor_slot).camera, f.parameters);
-    c.slam_z.push_back(observe(g, truth.newest().camera, point));
-  }
-  for (std::size_t i = 0; i < started + ended; ++i) {
-    NewTrack t;
-    t.id = static_cast<std::uint32_t>(200 + i);
-    t.last = i < started ? kPoses - 1 : kPoses - 2;
-    const Vec3 point = test::any_ground_point(g);
-    for (std::size_t k = t.first; k <= t.last; ++k) {
-      t.z.push_back(observe(g, truth.pose(truth.window()[k]).camera, point));
-    }
-    c.added.push_back(t);
-  }
-  append_frames(*c.state, c);
-}
+constexpr double kSigma = test::kImageSigma;
 
 struct Joint {
   Eigen::VectorXd mean;  ///< correction of the state, then of each new feature
@@ -217,7 +138,8 @@ void expect_joint(Case& c, std::size_t started) {
 TEST(VisualUpdateLaw, SlamObservationsAreTheDenseUpdate) {
   test::for_all(20, [](test::Generator& g) {
     Case c;
-    fill(g, 6, 0, 0, c);
+    c.fill(g, 6, 0, 0);
+    c.append_frames();
     expect_joint(c, 0);
   });
 }
@@ -225,7 +147,8 @@ TEST(VisualUpdateLaw, SlamObservationsAreTheDenseUpdate) {
 TEST(VisualUpdateLaw, MsckfIsTheJointEstimateWithTheFeaturesMarginalisedOut) {
   test::for_all(20, [](test::Generator& g) {
     Case c;
-    fill(g, 0, 0, 4, c);
+    c.fill(g, 0, 0, 4);
+    c.append_frames();
     expect_joint(c, 0);
   });
 }
@@ -233,7 +156,8 @@ TEST(VisualUpdateLaw, MsckfIsTheJointEstimateWithTheFeaturesMarginalisedOut) {
 TEST(VisualUpdateLaw, DelayedInitialisationIsTheJointEstimate) {
   test::for_all(20, [](test::Generator& g) {
     Case c;
-    fill(g, 0, 3, 0, c);
+    c.fill(g, 0, 3, 0);
+    c.append_frames();
     expect_joint(c, 3);
   });
 }
@@ -241,7 +165,8 @@ TEST(VisualUpdateLaw, DelayedInitialisationIsTheJointEstimate) {
 TEST(VisualUpdateLaw, AllOfItTogetherIsOneJointEstimate) {
   test::for_all(20, [](test::Generator& g) {
     Case c;
-    fill(g, 3, 3, 2, c);
+    c.fill(g, 3, 3, 2);
+    c.append_frames();
     expect_joint(c, 3);
   });
 }
@@ -250,7 +175,8 @@ TEST(VisualUpdateLaw, AllOfItTogetherIsOneJointEstimate) {
 TEST(VisualUpdateLaw, AnImageTellsNothingOfTheUnobservable) {
   test::for_all(20, [](test::Generator& g) {
     Case c;
-    fill(g, 4, 0, 4, c);
+    c.fill(g, 4, 0, 4);
+    c.append_frames();
     const Dense directions = test::unobservable_directions(*c.state);
     const Dense before = dense(c.state->covariance());
     ASSERT_EQ(c.run(), Status::kOk);

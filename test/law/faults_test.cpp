@@ -1,0 +1,204 @@
+// The known faults of the reference implementation (docs/faults.md), each as a law that Plumb keeps. Those that are the
+// business of one part alone stand in that part's unit test.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/mission_config.h"
+#include "fsw/estimator/facet_search.h"
+#include "test/support/estimator_cases.h"
+#include "test/support/estimator_feed.h"
+
+namespace plumb {
+namespace {
+
+using Feed = test::EstimatorFeed<Estimator<PaperConfig>>;
+using test::TinyConfig;
+
+double seconds(Time t) { return (t - sim::flight_epoch()).seconds(); }
+
+// A correction whose first component is zero, or that is zero altogether, is a number like any other.
+TEST(Faults, F01AnAttitudeCorrectionMayHaveZeroComponents) {
+  test::for_all(500, [](test::Generator& g) {
+    Vec3 theta = g.normal_vector<3>(std::pow(10.0, g.uniform(-12.0, 0.0)));
+    for (int k = 0; k < 3; ++k) {
+      if (g.integer(0, 1) == 0) theta(k) = 0.0;
+    }
+    Quat q = test::any_attitude(g);
+    const Quat before = q;
+    Vec3 p = g.normal_vector<3>(5.0);
+    retract_pose(theta, Vec3::Zero(), q, p);
+    ASSERT_TRUE(q.coeffs().allFinite() && p.allFinite());
+    EXPECT_LT((so3_log(q * before.conjugate()) - theta).norm(), 1e-12);
+  });
+}
+
+// One range between two images is used at one of them; the next image finds it gone.
+TEST(Faults, F02ARangeIsUsedOnce) {
+  sim::FlightSettings settings = test::quick_settings(true);
+  settings.range_rate_hz = 5.0;
+  Feed feed(test::lively_scene(4.0), settings);
+  std::uint64_t given = 0;
+  std::uint64_t used = 0;
+  feed.on_range = [&given](RangeSample&) {
+    ++given;
+    return true;
+  };
+  feed.after_frame = [&](Status) {
+    used += feed.estimator->report().ranges_used;
+    EXPECT_LE(used, given);
+  };
+  feed.fly_until(4.0);
+  EXPECT_GT(used, 10U);
+  EXPECT_EQ(used, feed.estimator->counters().ranges_used);
+}
+
+// The size of the noise is divided out of each row before rows of different sensors meet: scaling a row and its sigma
+// together changes nothing.
+TEST(Faults, F07RowsAreWhitenedBeforeTheyAreMixed) {
+  test::for_all(50, [](test::Generator& g) {
+    const auto state = std::make_unique<FilterState<TinyConfig>>();
+    test::fill_state(g, test::nadir_calibration(), 2, *state);
+    FilterState<TinyConfig> other = *state;
+    const test::Dense h = test::any_matrix(g, 4, state->size());
+    const Vec3 unused = g.normal_vector<3>(1.0);
+    const Eigen::Vector4d r(g.normal(1.0), unused.x(), unused.y(), unused.z());
+    const auto update = [&](FilterState<TinyConfig>& s, double unit) {
+      const auto stack = std::make_unique<UpdateStack<TinyConfig>>();
+      stack->begin(s);
+      MatrixView rows = stack->open(4);
+      const Eigen::Vector4d sigma = unit * Eigen::Vector4d(0.01, 0.3, 2.0, 50.0);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Index e = test::index(k);
+        for (std::size_t c = 0; c < s.size(); ++c) rows(k, c) = unit * h(e, test::index(c)) / sigma(e);
+        stack->residual(k) = unit * r(e) / sigma(e);
+      }
+      Support all;
+      ASSERT_EQ(all.push_back({0, s.size()}), Status::kOk);
+      stack->close_untested(s, all);
+      ASSERT_EQ(stack->apply(s), Status::kOk);
+    };
+    update(*state, 1.0);
+    update(other, 1024.0);  // millimetres for metres, so to say
+    EXPECT_EQ(state->hash(), other.hash());
+  });
+}
+
+// Two features in one place of the image are two features: the facet names vertices, and they are the right ones.
+TEST(Faults, F18FeaturesThatShareAPixelKeepTheirIdentity) {
+  test::for_all(200, [](test::Generator& g) {
+    std::vector<Vec2> points = {Vec2(-0.3, -0.2), Vec2(0.3, -0.2), Vec2(0.0, 0.3)};
+    const auto twin = static_cast<std::size_t>(g.integer(0, 2));
+    const auto where = static_cast<std::ptrdiff_t>(g.integer(0, 3));
+    points.insert(points.begin() + where, points[twin]);
+    const Result<FacetChoice> facet = find_facet(points, Vec2(g.uniform(-0.05, 0.05), g.uniform(-0.1, 0.1)));
+    ASSERT_TRUE(facet.has_value());
+    std::vector<Vec2> corners;
+    for (const std::size_t v : facet->vertices) corners.push_back(points[v]);
+    for (const Vec2& corner : {Vec2(-0.3, -0.2), Vec2(0.3, -0.2), Vec2(0.0, 0.3)}) {
+      EXPECT_NE(std::find(corners.begin(), corners.end(), corner), corners.end());
+    }
+  });
+}
+
+// An inverse depth that an update drives to zero or below stays a regular point of the image, and never becomes a
+// facet.
+TEST(Faults, F22AnInverseDepthBelowZeroDoesNoHarm) {
+  test::for_all(200, [](test::Generator& g) {
+    const CameraPose anchor = test::camera_seeing(g, Vec3::Zero());
+    FeatureParameters f(g.uniform(-0.5, 0.5), g.uniform(-0.5, 0.5), -std::pow(10.0, g.uniform(-9.0, -2.0)));
+    CameraPose camera = anchor;
+    camera.p_WC_m += g.normal_vector<3>(0.3);
+    VisualPrediction p;
+    if (ok(predict_feature(camera, anchor, f, p))) {
+      EXPECT_TRUE(p.z.allFinite() && p.by_pose.allFinite() && p.by_feature.allFinite());
+    }
+    Reanchoring r;
+    EXPECT_EQ(reanchor_feature(anchor, camera, f, r), Status::kInvalidValue);
+  });
+}
+
+// The result hangs on time stamps, not on when samples happen to be handed over.
+TEST(Faults, F26WhenSamplesArriveDoesNotMatter) {
+  const sim::Scene scene = test::lively_scene(3.0);
+  Feed prompt(scene, test::quick_settings(true));
+  Feed late(scene, test::quick_settings(true));
+  // Images reach the second one five at a time, long after the IMU has gone on, ranges still in their order.
+  std::vector<Feed::Frame> held;
+  std::vector<RangeSample> ranges;
+  const auto release = [&] {
+    for (Feed::Frame& frame : held) {
+      while (!ranges.empty() && ranges.front().t <= frame.t) {
+        EXPECT_EQ(late.estimator->add_range(ranges.front()), Status::kOk);
+        ranges.erase(ranges.begin());
+      }
+      EXPECT_EQ(late.estimator->process(frame), Status::kOk);
+    }
+    held.clear();
+  };
+  late.on_range = [&](RangeSample& sample) {
+    if (sample.quality == RangeQuality::kValid) ranges.push_back(sample);
+    return false;
+  };
+  late.on_frame = [&](Feed::Frame& frame) {
+    held.push_back(frame);
+    if (held.size() == 5) release();
+    return false;
+  };
+  std::vector<std::uint64_t> hashes;
+  prompt.after_frame = [&](Status) { hashes.push_back(prompt.estimator->state_hash()); };
+  prompt.fly_until(3.0);
+  late.fly_until(3.0);
+  const std::size_t processed = hashes.size() - hashes.size() % 5;
+  ASSERT_GT(processed, 80U);
+  EXPECT_EQ(late.estimator->state_hash(), hashes[processed - 1]);
+}
+
+// Two images that both lie between the same two IMU samples see two different states.
+TEST(Faults, F26TheStateIsThatOfTheImageTime) {
+  sim::FlightSettings settings = test::quick_settings(false);
+  settings.imu = sim::noise_free();
+  settings.image_rate_hz = 33.3;  // every phase against the 250 Hz of the IMU
+  const sim::Scene scene = test::lively_scene(2.0);
+  Feed feed(scene, settings);
+  feed.on_frame = [&](Feed::Frame& frame) {
+    frame.observations.clear();  // inertial only: what is left is integration
+    if (!feed.estimator->state().valid) {
+      const sim::ImuModel unbiased(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed);
+      feed.estimator->start_from(sim::true_nav_state(scene.trajectory.at(seconds(frame.t)), unbiased, frame.t));
+    }
+    return true;
+  };
+  feed.after_frame = [&](Status) {
+    EXPECT_LT(test::position_error(feed.estimator->state(), feed.truth()), 2e-4);
+    EXPECT_LT((Vec3(feed.estimator->state().v_WI_m_s.data()) - feed.truth().v_WI_m_s).norm(), 5e-4);
+  };
+  feed.fly_until(1.0);
+}
+
+// Yaw has no sensor. The filter never claims to know it better than it did at the start, however long it looks at the
+// ground; without the invariant error it would within seconds.
+TEST(Faults, F30HeadingIsNeverLearnt) {
+  Feed feed(test::lively_scene(6.0), test::quick_settings(true));
+  const auto heading_sigma = [&feed] {
+    const NavState& s = feed.estimator->state();
+    const Quat q(s.q_WI[0], s.q_WI[1], s.q_WI[2], s.q_WI[3]);
+    const Eigen::Map<const Mat15> p(s.covariance.data());
+    const Mat3 local = p.block<3, 3>(static_cast<Eigen::Index>(kNavAttitude), static_cast<Eigen::Index>(kNavAttitude));
+    return std::sqrt((q.toRotationMatrix() * local * q.toRotationMatrix().transpose())(2, 2));
+  };
+  double before = 0.0;
+  feed.after_frame = [&](Status) {
+    if (seconds(feed.estimator->state().t) < 0.1) return;
+    const double now = heading_sigma();
+    EXPECT_GT(now, before * 0.999);  // it may only grow, by the gyro's noise
+    before = std::max(before, now);
+  };
+  feed.fly_until(6.0);
+  EXPECT_GT(before, 0.0);
+}
+
+}  // namespace
+}  // namespace plumb
