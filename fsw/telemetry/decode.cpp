@@ -55,6 +55,7 @@ FrameReport report_of(const nav_state_t& message) {
   report.msckf_rejected = count(message.msckf_rejected);
   report.ranges_used = count(message.ranges_used);
   report.range_outcome = static_cast<RangeOutcome>(message.range_outcome);
+  for (std::size_t i = 0; i < report.range_facet.size(); ++i) report.range_facet[i] = count(message.range_facet[i]);
   report.range_measured_m = message.range_measured_m;
   report.range_predicted_m = message.range_predicted_m;
   report.range_sigma_m = message.range_sigma_m;

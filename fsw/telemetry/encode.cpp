@@ -47,6 +47,7 @@ void fill_report(const FrameReport& report, nav_state_t& message) {
   message.msckf_rejected = as_signed(report.msckf_rejected);
   message.ranges_used = as_signed(report.ranges_used);
   message.range_outcome = static_cast<std::int8_t>(report.range_outcome);
+  for (std::size_t i = 0; i < report.range_facet.size(); ++i) message.range_facet[i] = as_signed(report.range_facet[i]);
   message.range_measured_m = report.range_measured_m;
   message.range_predicted_m = report.range_predicted_m;
   message.range_sigma_m = report.range_sigma_m;

@@ -3,32 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <type_traits>
-#include <utility>
+
+#include "test/support/aggregate.h"
 
 namespace plumb {
 namespace {
 
-// Converts to anything: with as many of these as the aggregate T has members it can be initialised, with more it
-// cannot.
-struct Anything {
-  template <typename T>
-  operator T() const;
-};
-
-template <typename T, std::size_t... I>
-constexpr bool initialisable(std::index_sequence<I...>) {
-  return requires { T{(static_cast<void>(I), Anything{})...}; };
-}
-
-template <typename T, std::size_t N = 0>
-constexpr std::size_t members() {
-  if constexpr (initialisable<T>(std::make_index_sequence<N + 1>{})) {
-    return members<T, N + 1>();
-  } else {
-    return N;
-  }
-}
+using test::member_count;
 
 std::size_t rows_of(const std::string& group) {
   std::size_t count = 0;
@@ -37,13 +18,13 @@ std::size_t rows_of(const std::string& group) {
 }
 
 TEST(Parameters, EveryOptionHasARow) {
-  EXPECT_EQ(rows_of("imu"), members<ImuOptions>());
-  EXPECT_EQ(rows_of("vision"), members<VisionOptions>());
-  EXPECT_EQ(rows_of("range"), members<RangeOptions>());
-  EXPECT_EQ(rows_of("start"), members<StartOptions>());
-  EXPECT_EQ(rows_of("tracker"), members<TrackerOptions>() - 1);  // the seed is no setting of the flight
-  EXPECT_EQ(members<EstimatorOptions>(), 4U);
-  EXPECT_EQ(members<Parameters>(), 2U);
+  EXPECT_EQ(rows_of("imu"), member_count<ImuOptions>());
+  EXPECT_EQ(rows_of("vision"), member_count<VisionOptions>());
+  EXPECT_EQ(rows_of("range"), member_count<RangeOptions>());
+  EXPECT_EQ(rows_of("start"), member_count<StartOptions>());
+  EXPECT_EQ(rows_of("tracker"), member_count<TrackerOptions>() - 1);  // the seed is no setting of the flight
+  EXPECT_EQ(member_count<EstimatorOptions>(), 4U);
+  EXPECT_EQ(member_count<Parameters>(), 2U);
 }
 
 TEST(Parameters, EveryRowReachesAMemberOfItsOwn) {

@@ -10,6 +10,7 @@
 #include "plumb_lcm/plumb/nav_output_t.hpp"
 #include "plumb_lcm/plumb/nav_state_t.hpp"
 #include "plumb_lcm/plumb/timing_t.hpp"
+#include "test/support/aggregate.h"
 #include "test/unit/telemetry/sample_records.h"
 
 namespace plumb {
@@ -57,6 +58,7 @@ TEST(Messages, NavStateComesBackWhole) {
   EXPECT_EQ(back.state.covariance, sent.state.covariance);
   EXPECT_EQ(back.report.msckf_rejected, sent.report.msckf_rejected);
   EXPECT_EQ(back.report.range_outcome, sent.report.range_outcome);
+  EXPECT_EQ(back.report.range_facet, sent.report.range_facet);
   EXPECT_EQ(back.report.zero_velocity, sent.report.zero_velocity);
 }
 
@@ -75,9 +77,20 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
   EXPECT_EQ(message.msckf_used, 6);
   EXPECT_EQ(message.ranges_used, 8);
   EXPECT_EQ(message.range_outcome, 4);
+  EXPECT_EQ(message.range_facet[0], 21);
   EXPECT_EQ(message.range_measured_m, 9.5);
   EXPECT_EQ(message.range_predicted_m, 10.5);
   EXPECT_EQ(message.range_sigma_m, 11.5);
+}
+
+// A record that has grown a member needs it in navigation.lcm, encode.cpp, decode.cpp, tools/replay/report_fields.h and
+// here.
+TEST(Messages, CarryEveryMemberOfTheRecords) {
+  EXPECT_EQ(test::member_count<FrameReport>(), 14U);
+  EXPECT_EQ(test::member_count<EstimatorCounters>(), 17U);
+  EXPECT_EQ(test::member_count<NavSystemCounters>(), 5U);
+  EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
+  EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);
 }
 
 TEST(Messages, HealthTimingAndOutputReachAReceiver) {
