@@ -1,0 +1,41 @@
+"""The commands in tools/ bring their Python environment up to date before they use it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+TOOLS = Path(__file__).resolve().parents[1]
+
+
+def _program(path: Path, script: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/usr/bin/env bash\n{script}\n")
+    path.chmod(0o755)
+
+
+@pytest.mark.parametrize("name", ["demo", "report", "score", "simulate"])
+def test_a_stale_environment_is_renewed_first(name: str, tmp_path: Path) -> None:
+    """The environment that is there ends every program with an error; the stand-in for the set-up replaces it."""
+    (tmp_path / "tools").mkdir()
+    shutil.copy(TOOLS / name, tmp_path / "tools" / name)
+    python = tmp_path / "build/venv/bin/python"
+    _program(python, "exit 70")
+    renew = f"printf '#!/bin/sh\\necho ran \"$@\"\\n' >'{python}'; echo set up"
+    _program(tmp_path / "tools/setup", renew)
+    done = subprocess.run([tmp_path / "tools" / name, "--out", "x"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith("ran -m plumb_tools.") and done.stdout.rstrip().endswith("--out x")
+    assert done.stderr == "set up\n"
+
+
+def test_a_failed_set_up_runs_nothing(tmp_path: Path) -> None:
+    (tmp_path / "tools").mkdir()
+    shutil.copy(TOOLS / "score", tmp_path / "tools/score")
+    _program(tmp_path / "build/venv/bin/python", "echo ran")
+    _program(tmp_path / "tools/setup", "exit 1")
+    done = subprocess.run([tmp_path / "tools/score"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and done.stdout == ""
