@@ -15,9 +15,17 @@ from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import Folders, find_scene
 from plumb_tools.demo.process import StepFailed, Steps, progress_of
 from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, mean_and_worst
+from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
 
-SCENE = "scene:\n  summary: >\n    A straight flight\n    over a plain.\n"
+SCENE = """\
+scene:
+  summary: >
+    A straight flight
+    over a plain.
+trajectory:
+  segments: [{do: hold, duration_s: 9}]
+"""
 
 
 @pytest.fixture
@@ -30,18 +38,16 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     scenes.mkdir()
     for name in ("demo", "outdoor"):
         (scenes / f"{name}.yaml").write_text(SCENE)
-    (tmp_path / "sim").mkdir()
-    (tmp_path / "sim/world.py").write_text("")
     made = tmp_path / "made"
-    simulate = f'echo simulate >>"{tmp_path}/calls"; shift; cp -r "{made}/flight" "$3"; echo "[5/10]"'
+    simulate = f'echo simulate >>"{tmp_path}/calls"; mkdir -p "${{4%/*}}"; cp -r "{made}/flight" "$4"; echo "[5/10]"'
     _program(tmp_path / "simulate", simulate)
     _program(
         tmp_path / "plumb-replay",
         f'run=range; [[ "$*" != *--no-range* ]] || run=vio; echo $run >>"{tmp_path}/calls"; cp -r "{made}/$run" "$4"',
     )
-    monkeypatch.setattr(pipeline, "SCENES", scenes)
+    monkeypatch.setattr(scene_file, "SCENES", scenes)
+    monkeypatch.setattr(scene_file, "FLIGHTS", tmp_path / "flights")
     monkeypatch.setattr(pipeline, "SIMULATE", tmp_path / "simulate")
-    monkeypatch.setattr(pipeline, "SIMULATOR_SOURCES", tmp_path / "sim")
     monkeypatch.setattr(pipeline, "REPLAY", tmp_path / "plumb-replay")
     return tmp_path
 
@@ -78,37 +84,33 @@ def test_progress_is_read_from_what_tools_print(line: str, done: float | None) -
 def test_scene_is_found_by_name_and_by_file(tools: Path) -> None:
     assert find_scene("demo").summary == "A straight flight over a plain."
     assert find_scene(str(tools / "scenes/outdoor.yaml")).name == "outdoor"
-    with pytest.raises(InputError, match="no such scene; expected a scene file or one of demo, outdoor"):
-        find_scene("moon")
+    for name in ("moon", "moon.yaml"):
+        with pytest.raises(InputError, match=f"{name}: no such scene.*one of demo, outdoor"):
+            find_scene(name)
 
 
-def test_flight_is_simulated_once_and_again_after_a_change(tools: Path) -> None:
-    folders = Folders(tools / "work")
-    for _ in range(2):
-        pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
+def _simulate(tools: Path, seed: int = 1) -> Path:
+    return pipeline.simulate(_steps(), find_scene("demo"), seed, tools / "simulate.log")
+
+
+def test_a_flight_that_is_there_is_used_again(tools: Path) -> None:
+    flight = _simulate(tools)
+    assert flight == tools / "flights/demo-1"
+    kept.mark(flight, find_scene("demo").origin(1))
+    assert _simulate(tools) == flight
     assert _calls(tools) == ["simulate"]
-    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
-    (tools / "sim/world.py").write_text("flat = True\n")
-    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
-    (tools / "scenes/demo.yaml").write_text(SCENE + "  gravity_m_s2: 3.71\n")
-    pipeline.simulate(_steps(), find_scene("demo"), 2, folders)
-    assert _calls(tools) == ["simulate"] * 4
-
-
-def test_interrupted_flight_is_not_taken_for_a_whole_one(tools: Path) -> None:
-    folders = Folders(tools / "work")
-    folders.flight.mkdir(parents=True)
-    (folders.flight / "half").touch()
-    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
-    assert _calls(tools) == ["simulate"] and not (folders.flight / "half").exists()
+    _simulate(tools, seed=2)
+    (tools / "scenes/demo.yaml").write_text(SCENE.replace("duration_s: 9", "duration_s: 8"))
+    _simulate(tools)
+    assert _calls(tools) == ["simulate"] * 3
 
 
 def test_flown_both_ways_and_judged(tools: Path) -> None:
     folders = Folders(tools / "work")
-    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
-    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    flight = _simulate(tools)
+    pipeline.fly(_steps(), "demo", flight, folders)
     assert _calls(tools) == ["range", "simulate", "vio"]
-    outcome = pipeline.judge("demo", 1, folders.flight, folders)
+    outcome = pipeline.judge("demo", 1, flight, folders)
     assert outcome.range_vio is not None and outcome.vio is not None
     assert outcome.vio.headline.max_axis_percent == pytest.approx(10.0, abs=0.1)
     assert outcome.range_vio.headline.max_axis_m < 1e-6
@@ -117,10 +119,10 @@ def test_flown_both_ways_and_judged(tools: Path) -> None:
 
 def test_replay_without_a_solution_is_told_not_hidden(tools: Path) -> None:
     folders = Folders(tools / "work")
-    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
-    pipeline.fly(_steps(), "demo", folders.flight, folders)
+    flight = _simulate(tools)
+    pipeline.fly(_steps(), "demo", flight, folders)
     (folders.run("VIO") / "trajectory.tum").write_text("")
-    outcome = pipeline.judge("demo", 1, folders.flight, folders)
+    outcome = pipeline.judge("demo", 1, flight, folders)
     assert outcome.vio is None and "holds no data line" in outcome.reasons["VIO"]
     assert {cell(outcome.vio, column) for column in COLUMNS} == {"-"}
     assert error_ratio([outcome]) is None
@@ -129,7 +131,7 @@ def test_replay_without_a_solution_is_told_not_hidden(tools: Path) -> None:
 def test_tool_that_fails_is_named_with_its_last_words(tools: Path) -> None:
     _program(tools / "simulate", "echo 'scene.gravity: negative'; exit 2")
     with pytest.raises(StepFailed, match=r"ended with 2:\n  scene.gravity: negative") as failure:
-        pipeline.simulate(_steps(), find_scene("demo"), 1, Folders(tools / "work"))
+        _simulate(tools)
     assert "simulate.log" in str(failure.value)
 
 
@@ -141,13 +143,13 @@ def test_replay_that_fails_ends_the_other(tools: Path) -> None:
 
 def test_mean_and_worst_of_signed_figures_go_by_size(tools: Path) -> None:
     folders = Folders(tools / "work")
-    pipeline.simulate(_steps(), find_scene("demo"), 1, folders)
-    pipeline.fly(_steps(), "demo", folders.flight, folders)
-    large = pipeline.judge("demo", 1, folders.flight, folders).vio
+    flight = _simulate(tools)
+    pipeline.fly(_steps(), "demo", flight, folders)
+    large = pipeline.judge("demo", 1, flight, folders).vio
     shutil.rmtree(tools / "made/vio")
     made_flight.write_run(tools / "made/vio", scale=0.98, with_range=False)
-    pipeline.fly(_steps(), "demo", folders.flight, folders)
-    small = pipeline.judge("demo", 2, folders.flight, folders).vio
+    pipeline.fly(_steps(), "demo", flight, folders)
+    small = pipeline.judge("demo", 2, flight, folders).vio
     assert large is not None and small is not None
     scale = next(column for column in COLUMNS if column.signed)
     assert mean_and_worst([small, large], scale) == pytest.approx((6.0, 10.0), abs=0.01)

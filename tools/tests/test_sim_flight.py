@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plumb_tools.sim import __main__ as command
-from plumb_tools.sim import asl, simulate
+from plumb_tools.sim import asl, kept, simulate
 from plumb_tools.trajectory import ASL_TRUTH, read_csv, read_truth
 from sim_scenes import changed, plan, write
 
@@ -23,7 +23,8 @@ TOOLS = Path(__file__).resolve().parents[1]
 
 def _flown(folder: Path, name: str, changes: dict[str, object] | None = None, seed: int = 0) -> Path:
     target = folder / name
-    simulate.fly(plan(folder, changes, seed), target, with_log=True, report=lambda *_: None)
+    of = plan(folder, changes, seed)
+    simulate.fly(of, target, kept.origin(of.scene, seed, None, None, with_log=True), report=lambda *_: None)
     return target
 
 
@@ -56,7 +57,13 @@ def test_sensors_do_not_disturb_one_another(tmp_path: Path) -> None:
     plain = _digests(_flown(tmp_path, "plain"))
     noisy = _digests(_flown(tmp_path, "noisy", {"sensors.lrf.noise_m": 0.5, "sensors.lrf.dropout": 0.5}))
     differing = {name for name in plain if plain[name] != noisy.get(name)}
-    assert differing == {"flight.lcmlog", "mav0/range0/data.csv", "mav0/range0/sensor.yaml", "scene.yaml"}
+    assert differing == {
+        "flight.lcmlog",
+        "mav0/range0/data.csv",
+        "mav0/range0/sensor.yaml",
+        "scene.yaml",
+        "simulated.json",
+    }
 
 
 def test_a_flight_is_what_the_readers_expect(tmp_path: Path) -> None:

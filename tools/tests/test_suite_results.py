@@ -12,32 +12,45 @@ from plumb_tools.demo.pipeline import Folders, Scene
 from plumb_tools.demo.process import Steps
 from plumb_tools.demo.results import Figures, Outcome
 from plumb_tools.report.headline import Cost, Headline
-from plumb_tools.score import suite
+from plumb_tools.score import results_page, suite
 from plumb_tools.score.__main__ import main
+from plumb_tools.score.results_page import SceneResults
+from plumb_tools.sim import scene_file
 
 HEADLINE = Headline(150.0, 0.6, 0.4, 0.25, -0.3, 0.04, 3.1, 2.9, 3.3, 100.0, 0)
 GOOD = Figures(HEADLINE, Cost(7.0, 9.0, 4.0))
 BAD = Figures(replace(HEADLINE, max_axis_m=5.4, max_axis_percent=3.6, scale_error_percent=4.0), Cost(6.9, 8.8, 4.1))
 
 
+SCENE = """\
+scene:
+  summary: Roofs after grass.
+  shows: Steps under the beam.
+trajectory:
+  segments: [{do: hold, duration_s: 9}]
+"""
+
+
 @pytest.fixture
 def flown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """A suite of one scene whose flights cost nothing; the list tells what was flown."""
     (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes/outdoor.yaml").write_text("scene:\n  summary: Roofs after grass.\n")
+    (tmp_path / "scenes/outdoor.yaml").write_text(SCENE)
     (tmp_path / "plumb-replay").write_text("first")
-    monkeypatch.setattr(pipeline, "SCENES", tmp_path / "scenes")
-    monkeypatch.setattr(pipeline, "SIMULATOR_SOURCES", tmp_path / "sim")
+    monkeypatch.setattr(scene_file, "SCENES", tmp_path / "scenes")
+    monkeypatch.setattr(scene_file, "FLIGHTS", tmp_path / "flights")
     monkeypatch.setattr(pipeline, "REPLAY", tmp_path / "plumb-replay")
     calls: list[str] = []
 
-    def simulate(steps: Steps, scene: Scene, seed: int, folders: Folders) -> None:
-        folders.flight.mkdir(parents=True)
+    def simulate(steps: Steps, scene: Scene, seed: int, log: Path) -> Path:
+        flight = scene.flight(seed)
+        flight.mkdir(parents=True, exist_ok=True)
         calls.append(f"simulate {scene.name} {seed}")
+        return flight
 
     def fly(steps: Steps, name: str, flight: Path, folders: Folders) -> None:
         for run in ("range-VIO", "VIO"):
-            folders.run(run).mkdir()
+            folders.run(run).mkdir(parents=True, exist_ok=True)
         calls.append(f"fly {name}")
 
     def judge(scene: str, seed: int, flight: Path, folders: Folders) -> Outcome:
@@ -54,14 +67,30 @@ def _run(tmp_path: Path, *more: str) -> str:
     return out.read_text()
 
 
-def test_every_seed_is_flown_and_only_figures_stay(flown: list[str], tmp_path: Path) -> None:
+def test_every_seed_is_flown_and_the_page_tells_all(flown: list[str], tmp_path: Path) -> None:
     text = _run(tmp_path)
     assert flown == ["simulate outdoor 1", "fly outdoor, seed 1", "simulate outdoor 2", "fly outdoor, seed 2"]
-    assert [path.name for path in (tmp_path / "work/outdoor/seed-1").iterdir()] == [suite.RESULT_FILE]
-    assert "| outdoor | **range-VIO** | 2 | 0.40 (0.40) | 0.250 (0.250) | 0.30 (0.30) |" in text
+    assert "| outdoor | **range-VIO** | 2 | 0.40 (0.40) | 0.600 (0.600) | 0.250 (0.250) | 0.30 (0.30) |" in text
     assert "|  | VIO | 2 | 3.60 (3.60) |" in text
-    assert "Roofs after grass." in text and "9.0 times" in text
+    assert "### outdoor, 150 m\n\nRoofs after grass. Steps under the beam.\n" in text
+    told = " ".join(text.split())
+    assert "within 0.6 % of the distance on each axis; kept in 2 of 2 flights. The greatest error of VIO is 9.0" in told
     assert "tools/score --suite --seeds 2" in text
+
+
+def test_a_target_that_is_missed_is_told() -> None:
+    runs = (GOOD, BAD, None)
+    flights = [Outcome("indoor", seed, run, BAD, {}) for seed, run in enumerate(runs, 1)]
+    text = results_page.markdown([SceneResults(Scene("indoor", scene_file.find("indoor")), flights)], "")
+    assert "within 2.5 %" in text and "kept in 1 of 3 flights" in " ".join(text.split())
+    flights = [Outcome("excitation", 1, GOOD, BAD, {}), Outcome("excitation", 2, BAD, GOOD, {})]
+    text = results_page.markdown([SceneResults(Scene("excitation", scene_file.find("excitation")), flights)], "")
+    assert "at most 10 % above that of VIO; kept in 1 of 2 flights" in " ".join(text.split())
+
+
+def test_seeds_may_be_given_scene_by_scene(flown: list[str], tmp_path: Path) -> None:
+    _run(tmp_path, "--scenes", "outdoor:1")
+    assert flown == ["simulate outdoor 1", "fly outdoor, seed 1"]
 
 
 def test_second_run_flies_nothing_and_a_new_build_everything(flown: list[str], tmp_path: Path) -> None:
@@ -74,10 +103,12 @@ def test_second_run_flies_nothing_and_a_new_build_everything(flown: list[str], t
     assert len(flown) == 4
 
 
-def test_flights_are_kept_when_wanted(flown: list[str], tmp_path: Path) -> None:
-    _run(tmp_path, "--keep")
-    kept = {path.name for path in (tmp_path / "work/outdoor/seed-1").iterdir()}
-    assert kept == {suite.RESULT_FILE, "flight", "range", "vio"}
+def test_flights_are_kept_unless_they_are_discarded(flown: list[str], tmp_path: Path) -> None:
+    _run(tmp_path)
+    assert {path.name for path in (tmp_path / "flights").iterdir()} == {"outdoor-1", "outdoor-2"}
+    (tmp_path / "plumb-replay").write_text("second")
+    _run(tmp_path, "--discard")
+    assert list((tmp_path / "flights").iterdir()) == []
 
 
 def test_damaged_figures_are_made_again(flown: list[str], tmp_path: Path) -> None:
@@ -89,19 +120,27 @@ def test_damaged_figures_are_made_again(flown: list[str], tmp_path: Path) -> Non
 
 
 def test_replay_without_solution_is_counted_and_explained() -> None:
-    scene = Scene("cruise", Path("cruise.yaml"))
+    scene = Scene("cruise", scene_file.find("cruise"))
     lost = Outcome("cruise", 2, GOOD, None, {"VIO": "trajectory.tum: holds no data line"})
     flights = [Outcome("cruise", 1, GOOD, BAD, {}), lost]
-    text = suite.markdown([suite.SceneResults(scene, flights)], "tools/score --suite")
+    text = results_page.markdown([SceneResults(scene, flights)], "tools/score --suite")
     assert "|  | VIO | 1 of 2 | 3.60 |" in text
     assert "Seed 2, VIO: no solution (trajectory.tum: holds no data line)." in text
 
 
-def test_unknown_scene_is_refused_before_anything_is_flown(
-    flown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("scenes", "expected"),
+    [
+        ("outdoor,moon", "moon: no such scene"),
+        ("outdoor:0", "--scenes outdoor:0: expected a number of seeds, at least 1"),
+        ("outdoor:many", "expected a number of seeds"),
+    ],
+)
+def test_bad_scenes_are_refused_before_anything_is_flown(
+    scenes: str, expected: str, flown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["--suite", "--scenes", "outdoor,moon", "--out", str(tmp_path / "results.md")]) == 2
-    assert "moon: no such scene" in capsys.readouterr().err
+    assert main(["--suite", "--scenes", scenes, "--out", str(tmp_path / "results.md")]) == 2
+    assert expected in capsys.readouterr().err
     assert flown == []
 
 

@@ -16,6 +16,7 @@ from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
 from plumb_tools.demo.results import Outcome, terminal_table
 from plumb_tools.report.__main__ import DEFAULT_IMAGES, write_report
+from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
 
 EXIT_FAILED = 1
@@ -86,12 +87,12 @@ def _fly_all(arguments: argparse.Namespace, steps: Steps) -> tuple[list[Outcome]
         name = arguments.flight.resolve().name
         shown.append(_show(steps, name, arguments.flight, Folders(out / name)))
     else:
-        names = pipeline.known_scenes() if arguments.full else [DEMO_SCENE]
+        names = scene_file.names() if arguments.full else [DEMO_SCENE]
         scenes: list[Scene] = [pipeline.find_scene(name) for name in names]
         for scene in scenes:
             folders = Folders(out / scene.name)
-            pipeline.simulate(steps, scene, arguments.seed, folders)
-            shown.append(_show(steps, scene.name, folders.flight, folders))
+            flight = pipeline.simulate(steps, scene, arguments.seed, folders.log("simulate"))
+            shown.append(_show(steps, scene.name, flight, folders))
     return [outcome for outcome, _ in shown], [page for _, page in shown]
 
 

@@ -11,22 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from plumb_tools.demo.process import StepFailed, Steps
 from plumb_tools.demo.results import RANGE_VIO, VIO, Figures, Outcome
 from plumb_tools.report.headline import cost_of, headline_of
 from plumb_tools.report.run import Run, read_run
+from plumb_tools.sim import kept, scene_file
+from plumb_tools.sim.kept import Origin
 from plumb_tools.trajectory import InputError, read_truth
 
 ROOT = Path(__file__).resolve().parents[3]
-SCENES = ROOT / "tools" / "scenes"
 SIMULATE = ROOT / "tools" / "simulate"
-SIMULATOR_SOURCES = ROOT / "tools" / "plumb_tools" / "sim"
 REPLAY = ROOT / "build" / "flight" / "bin" / "plumb-replay"
-
-#: Written last into a flight folder: what was simulated. A flight without it was interrupted.
-STAMP_FILE = "simulated.json"
 
 
 @dataclass(frozen=True)
@@ -38,25 +33,28 @@ class Scene:
 
     @property
     def summary(self) -> str:
-        """What the file says of itself."""
-        try:
-            content = yaml.safe_load(self.file.read_text(encoding="utf-8"))
-        except (OSError, yaml.YAMLError):
-            return ""
-        section = content.get("scene") if isinstance(content, dict) else None
-        return " ".join(str(section.get("summary", "")).split()) if isinstance(section, dict) else ""
+        """What the file says of itself, in a line."""
+        return " ".join(scene_file.read(self.file).scene.summary.split())
+
+    @property
+    def shows(self) -> str:
+        """What the file says is to be learnt from it."""
+        return " ".join(scene_file.read(self.file).scene.shows.split())
+
+    def flight(self, seed: int) -> Path:
+        """Where its flights are, shared with tools/simulate."""
+        return scene_file.flight_folder(self.file, seed)
+
+    def origin(self, seed: int) -> Origin:
+        """What a flight of it follows from."""
+        return kept.origin(scene_file.read(self.file), seed, None, None, with_log=False)
 
 
 @dataclass(frozen=True)
 class Folders:
-    """Where one flight and what is made of it lies."""
+    """Where what is made of one flight lies."""
 
     base: Path
-
-    @property
-    def flight(self) -> Path:
-        """The flight in ASL layout."""
-        return self.base / "flight"
 
     def run(self, name: str) -> Path:
         """Output folder of a replay, by the replay's name."""
@@ -67,32 +65,24 @@ class Folders:
         return self.base / f"{step}.log"
 
 
-def known_scenes() -> list[str]:
-    """Names of the scenes that come with Plumb."""
-    return sorted(path.stem for path in SCENES.glob("*.yaml"))
-
-
 def find_scene(name: str) -> Scene:
-    """A scene by its name, or a scene file by its path."""
-    for file in (SCENES / f"{name}.yaml", Path(name)):
-        if file.is_file():
-            return Scene(file.stem, file)
-    raise InputError(f"{name}: no such scene; expected a scene file or one of {', '.join(known_scenes()) or 'none'}")
+    """A scene that comes with Plumb by its name, or a scene file by its path."""
+    file = scene_file.find(name)
+    if not file.is_file():
+        raise InputError(f"{name}: no such scene file; expected one, or one of {', '.join(scene_file.names())}")
+    return Scene(file.stem, file)
 
 
-def digest(*files: Path) -> str:
-    """Hash over the contents of files."""
-    whole = hashlib.sha256()
-    for file in files:
-        whole.update(hashlib.sha256(file.read_bytes()).digest())
-    return whole.hexdigest()[:16]
+def built_replay() -> Path:
+    """The flight software that flies. Throws StepFailed when it is not built."""
+    if not REPLAY.exists():
+        raise StepFailed("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
+    return REPLAY
 
 
-def stamp(scene: Scene, seed: int) -> dict[str, Any]:
-    """What determines a simulated flight: scene file, seed and simulator."""
-    found = SIMULATOR_SOURCES.rglob("*")
-    sources = sorted(path for path in found if path.is_file() and "__pycache__" not in path.parts)
-    return {"scene": scene.name, "scene_file": digest(scene.file), "simulator": digest(*sources), "seed": seed}
+def replay_digest() -> str:
+    """Digest of the flight software that flies."""
+    return hashlib.sha256(built_replay().read_bytes()).hexdigest()[:16]
 
 
 def read_json(path: Path) -> Any:
@@ -110,32 +100,26 @@ def write_json(path: Path, tree: Any) -> None:
     unfinished.replace(path)
 
 
-def simulate(steps: Steps, scene: Scene, seed: int, folders: Folders) -> None:
-    """Simulates a scene unless this very flight is there."""
-    title = f"simulate {scene.name}, seed {seed}"
-    wanted = stamp(scene, seed)
-    if read_json(folders.flight / STAMP_FILE) == wanted:
+def simulate(steps: Steps, scene: Scene, seed: int, log: Path) -> Path:
+    """The folder of a scene's flight, simulated unless it is there."""
+    title, flight = f"simulate {scene.name}, seed {seed}", scene.flight(seed)
+    if kept.holds(flight, scene.origin(seed)):
         steps.note(title, 0.0, "there already")
-        return
-    if not SIMULATE.exists():
-        raise StepFailed("tools/simulate is not in this checkout; tools/demo --flight DIR flies a recording instead")
-    shutil.rmtree(folders.flight, ignore_errors=True)
+        return flight
     with steps.step(title) as step:
-        command = [SIMULATE, scene.file, "--no-log", "--out", folders.flight, "--seed", str(seed)]
-        step.run(title, command, folders.log("simulate"))
-    write_json(folders.flight / STAMP_FILE, wanted)
+        step.run(title, [SIMULATE, scene.file, "--no-log", "--out", flight, "--seed", str(seed)], log)
+    return flight
 
 
 def fly(steps: Steps, name: str, flight: Path, folders: Folders) -> None:
     """Flies a flight twice, with and without range, side by side where there are two processors."""
-    if not REPLAY.exists():
-        raise StepFailed("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
+    program = built_replay()
     with steps.step(f"fly {name}") as step, ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as workers:
 
         def replay(run: str) -> None:
             shutil.rmtree(folders.run(run), ignore_errors=True)
             options = ["--no-range"] if run == VIO else []
-            command = [REPLAY, "--asl", flight, "--out", folders.run(run), *options]
+            command = [program, "--asl", flight, "--out", folders.run(run), *options]
             step.run(f"fly {name}, {run}", command, folders.log(f"fly-{run}"))
 
         flown = [workers.submit(replay, run) for run in (RANGE_VIO, VIO)]

@@ -69,6 +69,7 @@ class Column:
 
 COLUMNS = (
     Column("max axis error", "% of distance", lambda f: f.headline.max_axis_percent, 2),
+    Column("max axis error", "m", lambda f: f.headline.max_axis_m, 3),
     Column("ATE", "m", lambda f: f.headline.ate_m, 3),
     Column("scale error", "%", lambda f: f.headline.scale_error_percent, 2, signed=True),
     Column("velocity RMSE", "m/s", lambda f: f.headline.velocity_rmse_m_s, 3),

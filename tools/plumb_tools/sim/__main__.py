@@ -33,7 +33,8 @@ Simulates a flight: rendered images, IMU and laser range with exact truth.
 SCENE  one of the scenes that come with the project (--list), or a .yaml file: copy one from tools/scenes and change it
 
 Writes a folder in the ASL (EuRoC) layout with the range sensor and the truth, the scene as flown with all defaults
-filled in, and an LCM log of the raw bytes the devices would have sent. The same scene and seed give the same bytes."""
+filled in, and an LCM log of the raw bytes the devices would have sent. The same scene and seed give the same bytes;
+a flight that is there already is not simulated again."""
 
 EXAMPLES = """\
 examples:
@@ -124,19 +125,21 @@ class _Bar:
 def _simulate(arguments: argparse.Namespace) -> None:
     path = scene_file.find(arguments.scene)
     scene = scene_file.read(path)
-    target = (
-        arguments.out or Path(__file__).resolve().parents[3] / "build" / "flights" / f"{path.stem}-{arguments.seed}"
-    )
+    target = arguments.out or scene_file.flight_folder(path, arguments.seed)
     # These cost a second or two to load: only when a flight is wanted.
-    from plumb_tools.sim import prepare, renderer, simulate
+    from plumb_tools.sim import kept, prepare, renderer, simulate
 
     started = time.monotonic()
+    wanted = kept.origin(scene, arguments.seed, arguments.duration, arguments.textures, not arguments.no_log)
+    if kept.holds(target, wanted):
+        print(f"{target}: there already")
+        return
     software = renderer.software_renderer()
     if software is not None:
         print(f"simulate: no GPU, drawing in software ({software})", file=sys.stderr)
     with _Bar() as bar:
         plan = prepare.plan(scene, path, arguments.seed, arguments.duration, arguments.textures, bar)
-        simulate.fly(plan, target, not arguments.no_log, bar)
+        simulate.fly(plan, target, wanted, bar)
     took = time.monotonic() - started
     print(f"{target}: {plan.length_s:.1f} s of flight in {took:.0f} s")
 

@@ -47,9 +47,10 @@ class Ground:
 
 @dataclass(frozen=True, kw_only=True)
 class World:
-    """Section `scene`."""
+    """Section `scene`. `summary` is one line for lists, `shows` what is to be learnt from a flight and why."""
 
     summary: str = key(Text(), "")
+    shows: str = key(Text(), "")
     gravity_m_s2: float = key(Real("m/s^2", above=0.0, high=30.0), 9.80665)
     light: Light = section(Light)
     ground: Ground = section(Ground)

@@ -13,6 +13,8 @@ from plumb_tools.trajectory import InputError, read_text
 
 #: The scenes that come with the project.
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
+#: Where flights go when nothing else is said, shared by all commands.
+FLIGHTS = Path(__file__).resolve().parents[3] / "build" / "flights"
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
@@ -63,6 +65,11 @@ def find(name: str) -> Path:
     if not built_in.exists():
         raise InputError(f"{name}: no such scene; expected one of {', '.join(names())}, or a .yaml file")
     return built_in
+
+
+def flight_folder(path: Path, seed: int) -> Path:
+    """Where a flight of a scene file goes when nothing else is said."""
+    return FLIGHTS / f"{path.stem}-{seed}"
 
 
 def read(path: Path) -> Scene:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
 
-from plumb_tools.sim import asl, clock, exposure, frames, imu, lrf
+from plumb_tools.sim import asl, clock, exposure, frames, imu, kept, lrf
 from plumb_tools.sim.clock import Instants
 from plumb_tools.sim.devices.log import write_log
 from plumb_tools.sim.flight import RangeData, SimulatedFlight
@@ -23,7 +20,7 @@ from plumb_tools.sim.scene import Scene
 from plumb_tools.sim.schema import as_plain
 from plumb_tools.sim.sensors import CameraDark, CameraOutage, Fault, ImuOutage, RangeOutage, RangeOutliers
 from plumb_tools.sim.world import WorldModel
-from plumb_tools.trajectory import FloatArray, InputError
+from plumb_tools.trajectory import FloatArray
 
 SCENE_FILE = "scene.yaml"
 LOG_FILE = "flight.lcmlog"
@@ -150,39 +147,21 @@ def _assemble(plan: Plan, root: Path, report: Report) -> SimulatedFlight:
     )
 
 
-@contextmanager
-def _whole_or_nothing(target: Path) -> Iterator[Path]:
-    """A folder to write to that becomes `target` at the end, or goes away when anything goes wrong."""
-    partial = target.with_name(target.name + ".partial")
-    if target.exists() and not (target.is_dir() and (not any(target.iterdir()) or (target / SCENE_FILE).exists())):
-        raise InputError(f"{target}: exists and is not a simulated flight; expected a new or an empty folder")
-    try:
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        yield partial
-        if target.exists():
-            shutil.rmtree(target)
-        os.replace(partial, target)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-
-
-def fly(plan: Plan, target: Path, with_log: bool, report: Report) -> None:
-    """Flies the plan into a folder: the ASL layout, the scene as flown and the log of raw device bytes.
-
-    The folder appears under its name only when it is complete.
+def fly(plan: Plan, target: Path, made_from: kept.Origin, report: Report) -> None:
+    """Flies the plan into a folder: the ASL layout, the scene as flown and, when the origin names one, the log of raw
+    device bytes. The folder appears under its name only when it is complete.
     """
-    with _whole_or_nothing(target) as root:
+    with kept.whole_or_nothing(target) as root:
         flight = _assemble(plan, root, report)
         report("writing", 0, 0)
         asl.write(root, flight)
         as_flown = yaml.safe_dump(as_plain(plan.scene), sort_keys=False, default_flow_style=None, width=110)
         (root / SCENE_FILE).write_text(f"# As flown, seed {plan.seed}.\n{as_flown}", encoding="utf-8")
-        if with_log:
+        if made_from.log is not None:
             write_log(
                 flight,
                 root / LOG_FILE,
                 "can" if plan.scene.sensors.lrf.device == "can" else "lidar_lite",
                 progress=lambda share: report("writing the log", round(1000 * share), 1000),
             )
+        kept.mark(root, made_from)

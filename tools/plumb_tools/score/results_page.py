@@ -1,0 +1,134 @@
+"""The page of results: what the suite flew, as Markdown."""
+
+from __future__ import annotations
+
+import platform
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plumb_tools.demo.pipeline import ROOT, Scene
+from plumb_tools.demo.results import (
+    COLUMNS,
+    NONE,
+    RANGE_VIO,
+    Column,
+    Figures,
+    Outcome,
+    error_ratio,
+    mean_and_worst,
+)
+
+INTRODUCTION = """\
+# Results
+
+Scenes of `tools/scenes`, each simulated with several seeds: the same scene with other noise, biases and clocks. Each
+flight is flown twice by the same flight software with the same settings; VIO only leaves the range finder out. The
+images are rendered, and the whole front end works on them.
+
+Errors per axis are those after alignment in position and heading at the first pose, in percent of the distance
+travelled; ATE is the root mean square position error after alignment in position and heading over the flight. NEES is
+the mean over a flight, ideally 3. Entries are the mean over the seeds and, in brackets, the worst; of signed figures
+the size counts. CPU time is that of one image, front end included."""
+
+LINE_WIDTH = 120
+
+#: Greatest error on any axis that range-VIO may have, in percent of the distance travelled.
+AXIS_TARGETS_PERCENT = {"outdoor": 0.6, "cruise": 0.6, "indoor": 2.5}
+#: Where VIO is at its best, the greatest error of range-VIO over that of VIO.
+RATIO_TARGETS = {"excitation": 1.1}
+
+
+@dataclass(frozen=True)
+class SceneResults:
+    """All flights of one scene."""
+
+    scene: Scene
+    outcomes: list[Outcome]
+
+
+def _entry(figures: Sequence[Figures], column: Column) -> str:
+    both = mean_and_worst(figures, column)
+    if both is None:
+        return NONE
+    mean, worst = both
+    if len(figures) == 1:
+        return f"{mean:.{column.digits}f}"
+    return f"{mean:.{column.digits}f} ({worst:.{column.digits}f})"
+
+
+def _markdown_table(results: Sequence[SceneResults]) -> list[str]:
+    head = ["scene", "flown as", "flights", *(f"{column.title} [{column.unit}]" for column in COLUMNS)]
+    lines = ["| " + " | ".join(head) + " |", "|---|---|---:|" + "---:|" * len(COLUMNS)]
+    for result in results:
+        for index, name in enumerate(name for name, _ in result.outcomes[0].replays()):
+            figures = [found for outcome in result.outcomes if (found := outcome.replays()[index][1]) is not None]
+            flown = len(result.outcomes)
+            count = str(flown) if len(figures) == flown else f"{len(figures)} of {flown}"
+            shown = f"**{name}**" if name == RANGE_VIO else name
+            cells = [result.scene.name if index == 0 else "", shown, count, *(_entry(figures, c) for c in COLUMNS)]
+            lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _kept(result: SceneResults) -> str | None:
+    """Whether the flights of a scene keep its target, in a sentence; None where there is no target."""
+    name, flown = result.scene.name, len(result.outcomes)
+    if name in AXIS_TARGETS_PERCENT:
+        limit = AXIS_TARGETS_PERCENT[name]
+        found = [o.range_vio.headline.max_axis_percent for o in result.outcomes if o.range_vio is not None]
+        kept = sum(percent is not None and percent <= limit for percent in found)
+        return f"Target: range-VIO within {limit:g} % of the distance on each axis; kept in {kept} of {flown} flights."
+    if name in RATIO_TARGETS:
+        limit = RATIO_TARGETS[name]
+        kept = sum((ratio := error_ratio([o])) is not None and limit * ratio >= 1.0 for o in result.outcomes)
+        return (
+            f"Target: the greatest error of range-VIO at most {100.0 * (limit - 1.0):.0f} % above that of VIO; "
+            f"kept in {kept} of {flown} flights."
+        )
+    return None
+
+
+def _scene_text(result: SceneResults) -> list[str]:
+    scored = [figures for outcome in result.outcomes if (figures := outcome.range_vio or outcome.vio) is not None]
+    length = f", {scored[0].headline.distance_m:.0f} m" if scored else ""
+    summary = result.scene.summary.rstrip(".") or "no summary in the scene file"
+    text = f"{summary[0].upper()}{summary[1:]}. {result.scene.shows}".strip()
+    lines = [f"### {result.scene.name}{length}", "", *textwrap.wrap(text, LINE_WIDTH)]
+    sentences = []
+    if (kept := _kept(result)) is not None:
+        sentences.append(kept)
+    if (ratio := error_ratio(result.outcomes)) is not None:
+        sentences.append(f"The greatest error of VIO is {ratio:.1f} times that of range-VIO.")
+    if sentences:
+        lines += ["", *textwrap.wrap(" ".join(sentences), LINE_WIDTH)]
+    for outcome in result.outcomes:
+        for name, why in outcome.reasons.items():
+            lines += ["", f"Seed {outcome.seed}, {name}: no solution ({_one_line(why)})."]
+    return [*lines, ""]
+
+
+def _one_line(text: str) -> str:
+    """The first line of a message, without folders of this machine."""
+    return text.splitlines()[0].replace(f"{ROOT}/", "")
+
+
+def _processor() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.exists() else []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
+
+
+def markdown(results: Sequence[SceneResults], command: str) -> str:
+    """The page of results."""
+    lines = [INTRODUCTION, "", *_markdown_table(results), "", "## What each scene shows", ""]
+    for result in results:
+        lines += _scene_text(result)
+    commands = ["tools/setup", "cmake --preset flight", "cmake --build --preset flight", command]
+    lines += ["## How this page is made", "", *(f"    {line}" for line in commands), ""]
+    lines.append(f"CPU times and real-time factors are from {_processor()}, two flights at a time.")
+    return "\n".join(lines) + "\n"
+
+

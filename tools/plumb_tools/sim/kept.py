@@ -1,0 +1,136 @@
+"""Flights that are there already: what a flight was made from, and whether a folder holds just that flight."""
+
+from __future__ import annotations
+
+import ast
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from plumb_tools.sim import world
+from plumb_tools.sim.scene import Scene
+from plumb_tools.sim.schema import as_plain
+from plumb_tools.trajectory import InputError
+
+#: Written into every flight: what it was made from.
+FILE = "simulated.json"
+
+SOURCES = Path(__file__).resolve().parent
+#: These read and refuse scenes and say where flights go; what a flight looks like is not in them.
+_BESIDE_THE_POINT = ("__main__.py", "checks.py", "kept.py", "scene_file.py", "schema.py")
+_LOGGING = "devices"
+
+
+def _digest(*parts: bytes) -> str:
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(hashlib.sha256(part).digest())
+    return whole.hexdigest()[:16]
+
+
+def _sources_digest(files: list[Path]) -> str:
+    """Digest of programs without their comments and layout."""
+    return _digest(*(ast.dump(ast.parse(file.read_bytes())).encode() for file in sorted(files)))
+
+
+@cache
+def _simulator_digest(root: Path) -> str:
+    return _sources_digest([path for path in root.glob("*.py") if path.name not in _BESIDE_THE_POINT])
+
+
+@cache
+def _logging_digest(root: Path) -> str:
+    return _sources_digest(list((root / _LOGGING).glob("*.py")))
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the bytes of a flight follow from."""
+
+    scene: str  #: digest of the scene with all defaults filled in
+    seed: int
+    duration_s: float | None  #: None: to the end
+    textures: str | None  #: digest of the user's pictures
+    simulator: str  #: digest of the programs
+    log: str | None  #: digest of the programs that write the log of raw device bytes; None: there is none
+
+    def serves(self, wanted: Origin) -> bool:
+        """Whether a flight from here is the wanted one; a log more than wanted does no harm."""
+        return self == wanted or (wanted.log is None and Origin(**{**vars(self), "log": None}) == wanted)
+
+
+def origin(scene: Scene, seed: int, duration_s: float | None, textures: Path | None, with_log: bool) -> Origin:
+    """The origin of a flight that is wanted."""
+    content = as_plain(scene)
+    for text in ("summary", "shows"):  # for people, changes nothing in a flight
+        del content["scene"][text]
+    pictures = world.find_pictures(textures)
+    files = [*sorted(pictures.materials.values()), *pictures.orthophotos]
+    looks = [part for file in files for part in (file.name.encode(), file.read_bytes())]
+    return Origin(
+        scene=_digest(json.dumps(content, sort_keys=True).encode()),
+        seed=seed,
+        duration_s=duration_s,
+        textures=_digest(*looks) if looks else None,
+        simulator=_simulator_digest(SOURCES),
+        log=_logging_digest(SOURCES) if with_log else None,
+    )
+
+
+def holds(folder: Path, wanted: Origin) -> bool:
+    """Whether a folder holds a flight of this origin, whole."""
+    try:
+        return Origin(**json.loads((folder / FILE).read_text(encoding="utf-8"))).serves(wanted)
+    except (OSError, ValueError, TypeError):
+        return False
+
+
+def mark(folder: Path, made_from: Origin) -> None:
+    """Notes the origin of the flight in a folder."""
+    (folder / FILE).write_text(json.dumps(vars(made_from), indent=2) + "\n", encoding="utf-8")
+
+
+@contextmanager
+def whole_or_nothing(target: Path) -> Iterator[Path]:
+    """A folder to write to that becomes `target` at the end, or goes away when anything goes wrong."""
+    partial = target.with_name(target.name + ".partial")
+    if target.exists() and not (target.is_dir() and (not any(target.iterdir()) or (target / FILE).exists())):
+        raise InputError(f"{target}: exists and is not a simulated flight; expected a new or an empty folder")
+    partial.mkdir(parents=True, exist_ok=True)
+    lock = os.open(partial, os.O_RDONLY)
+    try:
+        _only_one(lock, partial, target)
+        _empty(partial)  # what a killed simulation left
+        try:
+            yield partial
+            if target.exists():
+                shutil.rmtree(target)
+            os.replace(partial, target)
+        except BaseException:
+            shutil.rmtree(partial, ignore_errors=True)
+            raise
+    finally:
+        os.close(lock)
+
+
+def _only_one(lock: int, partial: Path, target: Path) -> None:
+    """Two simulations into one folder would destroy one another's work."""
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(f"{target}: another simulation is writing it, in {partial}; wait for it to end") from None
+
+
+def _empty(folder: Path) -> None:
+    for path in folder.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
