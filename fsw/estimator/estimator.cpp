@@ -31,6 +31,7 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
       observer_(observer),
       visual_(options.vision, calibration),
       range_(options.range, calibration),
+      image_stillness_(options.start, calibration),
       start_window_(options, calibration) {}
 
 template <class Config>
@@ -38,6 +39,7 @@ void Estimator<Config>::reset() {
   state_.clear();
   tracks_.clear();
   while (!ranges_.empty()) drop_oldest_range();
+  range_.clear();
   image_stillness_.clear();
   start_window_.clear();
   initialised_ = false;
@@ -129,8 +131,7 @@ Status Estimator<Config>::process(const Frame& frame) {
     return Status::kStale;
   }
   const Time window_start = frame.t - Duration::from_seconds(options_.start.still_window_s);
-  const ImageEvidence image = image_stillness_.update(frame, options_.start.still_image_px / calibration_.focal_px,
-                                                      options_.start.still_window_s);
+  const ImageEvidence image = image_stillness_.update(frame);
   standing_ = image.still && imu_is_still(imu_, window_start, frame.t, options_.start, options_.imu.gravity_m_s2);
   max_flow_per_s_ = image.max_flow_per_s;
 
@@ -231,16 +232,10 @@ StandingNoise Estimator<Config>::standing_noise() const {
 template <class Config>
 Status Estimator<Config>::fuse_standing(Time t) {
   const double step_s = std::max((t - last_frame_t_).seconds(), 1e-3);
-  const ImuStatistics rest = imu_.statistics(last_frame_t_, t);
   // What one window of images can hide, the images in it hide together: they count as one measurement.
   const double repeats = std::sqrt(std::max(options_.start.still_window_s / step_s, 1.0));
-  const StandingNoise noise = standing_noise();
   stack_.begin(state_);
-  if (!ok(add_zero_velocity(state_, stack_, noise.velocity_m_s * repeats))) return Status::kOk;
-  if (rest.count > 0) {
-    add_zero_rate(state_, stack_, rest.mean_gyro_rad_s,
-                  std::hypot(options_.imu.gyro_noise_density / std::sqrt(step_s), noise.rate_rad_s * repeats));
-  }
+  if (!ok(add_zero_velocity(state_, stack_, standing_noise().velocity_m_s * repeats))) return Status::kOk;
   report_.zero_velocity = true;
   return stack_.apply(state_);
 }
@@ -327,7 +322,6 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   const ImuStatistics rest = imu_.statistics(frame.t - Duration::from_seconds(span_s), frame.t);
   CoreState core;
   core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
-  core.b_gyro_rad_s = rest.mean_gyro_rad_s;
   state_.clear();
   const StandingNoise noise = standing_noise();
   begin_filter(frame.t, core, start_covariance(kRestTilt, noise.velocity_m_s));

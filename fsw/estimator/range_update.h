@@ -3,9 +3,7 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
-
-#include "fsw/estimator/facet_search.h"
+#include "fsw/estimator/facet_relief.h"
 #include "fsw/estimator/range_model.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/update_stack.h"
@@ -20,6 +18,8 @@ class RangeUpdate {
   RangeUpdate(const RangeOptions& options, const SensorCalibration& calibration)
       : options_(options), calibration_(calibration), beam_{calibration.p_CR_m, calibration.u_C} {}
 
+  /// Forgets the facets of a flight that has been reset.
+  void clear() { repeats_.clear(); }
   /// Precondition: the state stands at the time of the range. Says in the report what became of it.
   /// kNumericalFault only when the covariance is unsound.
   Status fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m, FrameReport& report);
@@ -33,30 +33,22 @@ class RangeUpdate {
     return {(core.motion.q_WI * calibration_.q_IC).toRotationMatrix(),
             core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m};
   }
-  /// A feature the beam's surroundings are judged by, in the camera at the time of the range.
-  struct Neighbour {
-    Vec2 z = Vec2::Zero();       ///< normalised image plane
-    double inverse_depth = 0.0;  ///< 1/m, along the optical axis
-    double inverse_depth_sigma = 0.0;
-    std::size_t feature = 0;
-  };
-  /// The facet that was hit and how far from flat the ground about it is.
+  /// The facet that was hit.
   struct Target {
     Vertices vertices{};
-    double relief_m = 0.0;  ///< along the beam, 1 sigma
+    double relief_m = 0.0;  ///< of the ground about it, along the beam, 1 sigma
   };
 
   void gather(const FilterState<Config>& state, const CameraPose& camera);
-  Result<Target> facet_under_beam(double range_m);
-  double relief_about(const FacetChoice& facet, const Vec2& query, double range_m) const;
+  Result<Target> facet_under_beam(const FilterState<Config>& state, double range_m);
   RangeOutcome add_row(const FilterState<Config>& state, UpdateStack<Config>& stack, const CameraPose& camera,
-                       const Target& target, double range_m, FrameReport& report);
+                       const Target& target, double range_m, FrameReport& report) const;
 
   RangeOptions options_;
   SensorCalibration calibration_;
   Beam beam_;
-  FixedVector<Vec2, Config::kMaxSlamFeatures> points_;
-  FixedVector<Neighbour, Config::kMaxSlamFeatures> neighbours_;  ///< in the order of points_
+  SeenFeatures<Config> seen_;
+  FacetRepeats repeats_;
 };
 
 template <class Config>
@@ -65,7 +57,7 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
   const CameraPose camera = camera_of(state.core);
   report.range_measured_m = range_m;
   gather(state, camera);
-  const Result<Target> target = facet_under_beam(range_m);
+  const Result<Target> target = facet_under_beam(state, range_m);
   if (!target) {
     report.range_outcome = target.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
     return Status::kOk;
@@ -74,14 +66,14 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
   stack.begin(state);
   report.range_outcome = add_row(state, stack, camera, *target, range_m, report);
   if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
+  repeats_.used(report.range_facet);
   ++report.ranges_used;
   return stack.apply(state);
 }
 
 template <class Config>
 void RangeUpdate<Config>::gather(const FilterState<Config>& state, const CameraPose& camera) {
-  points_.clear();
-  neighbours_.clear();
+  seen_.clear();
   const ConstMatrixView p = state.covariance();
   for (std::size_t i = 0; i < state.features.size(); ++i) {
     const SlamFeature& feature = state.features[i];
@@ -90,69 +82,32 @@ void RangeUpdate<Config>::gather(const FilterState<Config>& state, const CameraP
     if (!(rho > 0.0) || sigma > kMaxDepthUncertainty * rho) continue;
     VisualPrediction seen;
     if (!ok(predict_feature(camera, state.pose(feature.anchor_slot).camera, feature.parameters, seen))) continue;
-    const double inverse_depth = rho / seen.depth_times_rho;
-    static_cast<void>(points_.push_back(seen.z));
-    static_cast<void>(neighbours_.push_back({seen.z, inverse_depth, inverse_depth * sigma / rho, i}));
+    seen_.add(seen.z, rho / seen.depth_times_rho, i);
   }
 }
 
 template <class Config>
-Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(double range_m) {
+Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
+                                                                                   double range_m) {
   const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
   if (!(impact_C.z() > 0.0)) return Status::kRejected;
   const Vec2 query = impact_C.head<2>() / impact_C.z();
-  const Result<FacetChoice> facet = find_facet({points_.data(), points_.size()}, query);
+  const Result<FacetChoice> facet = find_facet({seen_.points.data(), seen_.points.size()}, query);
   if (!facet) return facet.status();
   Target target;
   for (std::size_t j = 0; j < 3; ++j) {
-    const Vec2 edge = points_[facet->vertices[j]] - points_[facet->vertices[(j + 1) % 3]];
+    const Vec2 edge = seen_.points[facet->vertices[j]] - seen_.points[facet->vertices[(j + 1) % 3]];
     if (edge.norm() > options_.max_facet_edge) return Status::kRejected;
-    target.vertices[j] = neighbours_[facet->vertices[j]].feature;
+    target.vertices[j] = seen_.feature[facet->vertices[j]];
   }
-  target.relief_m = relief_about(*facet, query, range_m);
+  target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m);
   return target;
-}
-
-template <class Config>
-double RangeUpdate<Config>::relief_about(const FacetChoice& facet, const Vec2& query, double range_m) const {
-  // Inverse depth is affine in image coordinates over a plane. The features next to the facet say whether its plane
-  // goes on; where it does not, there is an edge near, and the beam may not hit what the three vertices stand on.
-  constexpr std::size_t kAsked = 4;
-  Mat3 corners;
-  Eigen::RowVector3d values;
-  for (std::size_t j = 0; j < 3; ++j) {
-    corners.col(static_cast<Eigen::Index>(j)) = points_[facet.vertices[j]].homogeneous();
-    values(static_cast<Eigen::Index>(j)) = neighbours_[facet.vertices[j]].inverse_depth;
-  }
-  const Eigen::RowVector3d plane = values * corners.inverse();
-  std::array<double, kAsked> distance2{};  // of the nearest so far, increasing
-  std::array<double, kAsked> misfit2{};
-  std::size_t asked = 0;
-  for (std::size_t i = 0; i < neighbours_.size(); ++i) {
-    if (std::find(facet.vertices.begin(), facet.vertices.end(), i) != facet.vertices.end()) continue;
-    const Neighbour& n = neighbours_[i];
-    const double d2 = (n.z - query).squaredNorm();
-    if (asked == kAsked && d2 >= distance2[kAsked - 1]) continue;
-    const double misfit = n.inverse_depth - plane.dot(n.z.homogeneous());
-    std::size_t place = asked < kAsked ? asked++ : kAsked - 1;
-    for (; place > 0 && distance2[place - 1] > d2; --place) {
-      distance2[place] = distance2[place - 1];
-      misfit2[place] = misfit2[place - 1];
-    }
-    distance2[place] = d2;
-    misfit2[place] = std::max(misfit * misfit - n.inverse_depth_sigma * n.inverse_depth_sigma, 0.0);
-  }
-  double sum = 0.0;
-  for (std::size_t i = 0; i < asked; ++i) sum += misfit2[i];
-  const double inverse_depth = plane.dot(query.homogeneous());
-  if (asked == 0 || !(inverse_depth > 0.0)) return 0.0;
-  return range_m * std::sqrt(sum / static_cast<double>(asked)) / inverse_depth;
 }
 
 template <class Config>
 RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
                                           const CameraPose& camera, const Target& target, double range_m,
-                                          FrameReport& report) {
+                                          FrameReport& report) const {
   constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
   const Vertices& vertices = target.vertices;
   Facet facet;
@@ -168,7 +123,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
-  const double sigma = std::hypot(options_.noise_m, target.relief_m);
+  const double sigma = std::sqrt(repeats_.variance(report.range_facet, options_.noise_m, target.relief_m));
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;

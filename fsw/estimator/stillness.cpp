@@ -41,7 +41,7 @@ bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& 
          std::abs(s.mean_accel_m_s2.norm() - gravity_m_s2) < kMaxGravityError * gravity_m_s2;
 }
 
-double smooth_flow_rms(const Displacement* displacements, std::size_t count) {
+double smooth_flow_rms(const Displacement* displacements, std::size_t count, const Vec2& half_size) {
   constexpr double kUndetermined = std::numeric_limits<double>::infinity();
   Affine field;
   if (!fit(displacements, count, Affine::Zero(), kUndetermined, field)) return kUndetermined;
@@ -52,10 +52,9 @@ double smooth_flow_rms(const Displacement* displacements, std::size_t count) {
   const double limit = kOutlierRatio * residual / static_cast<double>(count);
   const Affine first = field;
   if (limit > 0.0 && !fit(displacements, count, first, limit, field)) return kUndetermined;
-  double flow = 0.0;
-  for (std::size_t i = 0; i < count; ++i)
-    flow += (field.transpose() * displacements[i].from.homogeneous()).squaredNorm();
-  return std::sqrt(flow / static_cast<double>(count));
+  const Vec3 mean_square(half_size.x() * half_size.x() / 3.0, half_size.y() * half_size.y() / 3.0,
+                         1.0);  // of (x, y, 1)
+  return std::sqrt(mean_square.dot(field.rowwise().squaredNorm()));
 }
 
 }  // namespace plumb

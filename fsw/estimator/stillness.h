@@ -20,10 +20,12 @@ struct Displacement {
   Vec2 by = Vec2::Zero();
 };
 
-/// Root mean square, over the features, of the affine flow field that fits the displacements best. Shift, turn,
-/// approach and shear of the image all show in it, while the noise of single features averages out. Features that move
-/// against the rest are left out of a second fit. Infinite when the points do not determine a field.
-double smooth_flow_rms(const Displacement* displacements, std::size_t count);
+/// Root mean square, over the image, of the affine flow field that fits the displacements best. Shift, turn, approach
+/// and shear of the image all show in it, while the noise of single features averages out. Over the image and not over
+/// the features: huddled together they hardly move in a climb, and what they say of the rest of the image is noise that
+/// must show. Features that move against the rest are left out of a second fit. `half_size` is half the width and
+/// height of the image in the normalised plane. Infinite when the points do not determine a field.
+double smooth_flow_rms(const Displacement* displacements, std::size_t count, const Vec2& half_size);
 
 /// What the images say about standing still.
 struct ImageEvidence {
@@ -35,26 +37,31 @@ struct ImageEvidence {
 template <std::size_t MaxTracks>
 class ImageStillness {
  public:
+  ImageStillness(const StartOptions& options, const SensorCalibration& calibration)
+      : limit_(options.still_image_px / calibration.focal_px),
+        window_s_(options.still_window_s),
+        half_size_(calibration.half_fov_x, calibration.half_fov_y) {}
+
   void clear() {
     has_reference_ = false;
     evidence_ = {};
   }
 
-  /// Still: the image has stayed within limit_normalised of the reference image for window_s or longer.
-  ImageEvidence update(const FeatureFrame<MaxTracks>& frame, double limit_normalised, double window_s) {
+  /// Still: the image has stayed within still_image_px of the reference image for still_window_s or longer.
+  ImageEvidence update(const FeatureFrame<MaxTracks>& frame) {
     constexpr std::size_t kMinCommon = 8;
     constexpr double kRenewAfterWindows = 4.0;  // a slow drift must add up before the reference is renewed
     constexpr double kFlowFloor = 0.2;          // of the limit: what tracking errors can hide
     const std::size_t common = has_reference_ ? compare(frame) : 0;
     const double age_s = has_reference_ ? (frame.t - reference_.t).seconds() : 0.0;
-    const double flow =
-        common < kMinCommon ? std::numeric_limits<double>::infinity() : smooth_flow_rms(displacements_.data(), common);
-    const bool moved = flow > limit_normalised;
-    const bool long_enough = age_s >= window_s;
+    const double flow = common < kMinCommon ? std::numeric_limits<double>::infinity()
+                                            : smooth_flow_rms(displacements_.data(), common, half_size_);
+    const bool moved = flow > limit_;
+    const bool long_enough = age_s >= window_s_;
     // Just after a renewal the new reference is young; what was still before stays so until it moves.
     evidence_.still = !moved && (evidence_.still || long_enough);
-    if (!moved && long_enough) evidence_.max_flow_per_s = std::max(flow, kFlowFloor * limit_normalised) / age_s;
-    if (moved || age_s >= kRenewAfterWindows * window_s) {
+    if (!moved && long_enough) evidence_.max_flow_per_s = std::max(flow, kFlowFloor * limit_) / age_s;
+    if (moved || age_s >= kRenewAfterWindows * window_s_) {
       reference_ = frame;
       has_reference_ = true;
     }
@@ -76,6 +83,9 @@ class ImageStillness {
     return count;
   }
 
+  double limit_;     ///< of motion, normalised image plane
+  double window_s_;  ///< to be still for
+  Vec2 half_size_;   ///< of the image, normalised
   FeatureFrame<MaxTracks> reference_;
   std::array<Displacement, MaxTracks> displacements_{};
   bool has_reference_ = false;

@@ -57,8 +57,7 @@ void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
 }
 
 template <class Config>
-void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack,
-                                         FrameReport& report) {
+void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report) {
   const std::size_t here = state.window().back();
   for (std::size_t i = 0; i < state.features.size(); ++i) {
     SlamFeature& feature = state.features[i];
@@ -122,7 +121,8 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
     --budget;
   }
   // Then the long and the ended, longest first.
-  for (std::size_t length = Config::kMaxPoses; length >= static_cast<std::size_t>(options_.min_track_length); --length) {
+  for (std::size_t length = Config::kMaxPoses; length >= static_cast<std::size_t>(options_.min_track_length);
+       --length) {
     for (TrackType& track : tracks.tracks()) {
       if (budget == 0) return;
       if (track.in_state || track.banned || track.samples.size() != length) continue;
@@ -175,13 +175,13 @@ void VisualUpdate<Config>::add_compressed_rows(const State& state, UpdateStack<C
 }
 
 template <class Config>
-void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const double* correction,
-                                          FrameReport& report) {
+void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report) {
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const PendingFeature& pending = pending_[i];
     const ConstMatrixView rows = pending.rows.view();
     // H2 df + H1 dx = r1 + n, with H2 upper triangular: df = H2^-1 (r1 - H1 dx) + H2^-1 n.
-    const Mat3 h2_inverse = Mat3(rows.fixed<3, 3>(0, 0)).template triangularView<Eigen::Upper>().solve(Mat3::Identity());
+    const Mat3 h2_inverse =
+        Mat3(rows.fixed<3, 3>(0, 0)).template triangularView<Eigen::Upper>().solve(Mat3::Identity());
     double storage[kFeatureSize * Layout::kSize] = {};
     MatrixView jacobian(storage, kFeatureSize, state.size() + kFeatureSize, Layout::kSize);
     Vec3 residual;
@@ -194,7 +194,8 @@ void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const dou
     for (std::size_t c = 0; c < Rows::kPoseColumns; ++c) {
       const Vec3 column(rows(0, kFeatureSize + c), rows(1, kFeatureSize + c), rows(2, kFeatureSize + c));
       const Vec3 solved = -h2_inverse * column;
-      for (std::size_t r = 0; r < kFeatureSize; ++r) jacobian(r, Layout::kPoses + c) = solved(static_cast<Eigen::Index>(r));
+      for (std::size_t r = 0; r < kFeatureSize; ++r)
+        jacobian(r, Layout::kPoses + c) = solved(static_cast<Eigen::Index>(r));
     }
     SlamFeature feature{pending.track_id, pending.anchor_slot, pending.feature + h2_inverse * residual, 0};
     if (!feature.parameters.allFinite() || !(feature.parameters.z() > 0.0)) continue;

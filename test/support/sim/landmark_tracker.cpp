@@ -6,8 +6,9 @@ namespace plumb::sim {
 namespace {
 
 constexpr double kMinDepth_m = 0.05;
-constexpr int kTriesPerTile = 10;      // of a random pixel before a tile counts as full
-constexpr double kWallNormal_z = 0.3;  // a surface steeper than this is a side face
+constexpr int kTriesPerTile = 10;       // of a random pixel before a tile counts as full
+constexpr double kWallNormal_z = 0.3;   // a surface steeper than this is a side face
+constexpr double kCrowdedShare = 0.35;  // of the spacing: two tracks that close are one to a real tracker
 
 }  // namespace
 
@@ -16,6 +17,7 @@ LandmarkTracker::LandmarkTracker(const TrackerOptions& options, const World& wor
 
 const std::vector<FeatureObservation>& LandmarkTracker::observe(const TruthState& truth) {
   std::erase_if(tracks_, [&](LandmarkTrack& track) { return !still_seen(truth, track); });
+  drop_crowded();
   replenish(truth);
   report();
   return observations_;
@@ -57,6 +59,20 @@ bool LandmarkTracker::find_landmark(const TruthState& truth, const Vec2& pixel, 
   if (!hit || (!options_.side_faces && hit->normal.z() < kWallNormal_z)) return false;
   landmark_m = hit->point_m;
   return true;
+}
+
+void LandmarkTracker::drop_crowded() {
+  const double limit_px = kCrowdedShare * options_.min_spacing_px;
+  for (std::size_t i = 0; i < tracks_.size();) {  // the older one stays
+    const bool crowded =
+        std::any_of(tracks_.begin(), tracks_.begin() + static_cast<std::ptrdiff_t>(i),
+                    [&](const LandmarkTrack& older) { return (older.true_px - tracks_[i].true_px).norm() < limit_px; });
+    if (crowded) {
+      tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
+    }
+  }
 }
 
 int LandmarkTracker::tile_of(const Vec2& pixel) const {

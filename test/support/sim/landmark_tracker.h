@@ -53,6 +53,7 @@ class LandmarkTracker {
   bool project(const TruthState& truth, const Vec3& landmark_m, Vec2& pixel) const;
   bool still_seen(const TruthState& truth, LandmarkTrack& track);
   void mismatch(const TruthState& truth, LandmarkTrack& track);
+  void drop_crowded();
   void replenish(const TruthState& truth);
   bool start_track(const TruthState& truth, int tile);
   bool find_landmark(const TruthState& truth, const Vec2& pixel, Vec3& landmark_m) const;

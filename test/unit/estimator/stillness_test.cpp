@@ -48,6 +48,15 @@ Frame frame_at(const Flight& flight, double t_s, double noise_px, test::Generato
   return frame;
 }
 
+/// Of a 640 x 480 image.
+SensorCalibration lens() {
+  SensorCalibration calibration;
+  calibration.focal_px = kFocal_px;
+  calibration.half_fov_x = 0.8;
+  calibration.half_fov_y = 0.6;
+  return calibration;
+}
+
 struct Verdict {
   bool ever_imu = false;
   bool ever_image = false;
@@ -58,7 +67,7 @@ struct Verdict {
 Verdict judge(const Flight& flight, double length_s, double noise_px, test::Generator& g) {
   const StartOptions options;
   const auto imu = std::make_unique<ImuBuffer>();
-  ImageStillness<kTracks> images;
+  ImageStillness<kTracks> images(options, lens());
   Verdict v;
   int samples = 0;
   for (int k = 1; k < static_cast<int>(length_s * kImageRate_Hz); ++k) {
@@ -67,7 +76,7 @@ Verdict judge(const Flight& flight, double length_s, double noise_px, test::Gene
       EXPECT_EQ(imu->push(imu_at(flight, samples / kImuRate_Hz, g)), Status::kOk);
     }
     const Frame frame = frame_at(flight, t_s, noise_px, g);
-    const bool image = images.update(frame, options.still_image_px / kFocal_px, options.still_window_s).still;
+    const bool image = images.update(frame).still;
     const bool inertial =
         imu_is_still(*imu, frame.t - Duration::from_seconds(options.still_window_s), frame.t, options, kGravity);
     v.ever_imu |= inertial;
@@ -143,17 +152,17 @@ TEST(Stillness, WithoutSamplesNothingIsStill) {
 
 TEST(Stillness, ImagesNeedAWindowAndFeatures) {
   test::for_all(5, [](test::Generator& g) {
-    ImageStillness<kTracks> images;
+    ImageStillness<kTracks> images(StartOptions{}, lens());
     const Flight flight{[](double) { return Vec3(0.0, 0.0, 5.0); }};
     for (int k = 0; k < 14; ++k) {
-      EXPECT_FALSE(images.update(frame_at(flight, k / kImageRate_Hz, 0.0, g), 0.5 / kFocal_px, 0.5).still) << k;
+      EXPECT_FALSE(images.update(frame_at(flight, k / kImageRate_Hz, 0.0, g)).still) << k;
     }
-    EXPECT_TRUE(images.update(frame_at(flight, 0.6, 0.0, g), 0.5 / kFocal_px, 0.5).still);
+    EXPECT_TRUE(images.update(frame_at(flight, 0.6, 0.0, g)).still);
     Frame sparse = frame_at(flight, 0.7, 0.0, g);
     sparse.observations.resize(7);
-    EXPECT_FALSE(images.update(sparse, 0.5 / kFocal_px, 0.5).still);
+    EXPECT_FALSE(images.update(sparse).still);
     images.clear();
-    EXPECT_FALSE(images.update(frame_at(flight, 5.0, 0.0, g), 0.5 / kFocal_px, 0.5).still);
+    EXPECT_FALSE(images.update(frame_at(flight, 5.0, 0.0, g)).still);
   });
 }
 
@@ -163,24 +172,55 @@ TEST(Stillness, SmoothFlowIsTheSizeOfTheField) {
     const Mat2 linear = 0.01 * (Mat2() << g.normal(1.0), g.normal(1.0), g.normal(1.0), g.normal(1.0)).finished();
     const Vec2 shift = g.normal_vector<2>(0.01);
     std::array<Displacement, 50> d;
-    double sum = 0.0;
+    const Vec2 half(0.8, 0.6);
+    const double spread = g.uniform(0.05, 1.0);  // huddled features tell the field as well as spread ones
     for (Displacement& one : d) {
-      one.from = Vec2(g.uniform(-0.8, 0.8), g.uniform(-0.6, 0.6));
+      one.from = spread * Vec2(g.uniform(-half.x(), half.x()), g.uniform(-half.y(), half.y()));
       one.by = linear * one.from + shift;
-      sum += one.by.squaredNorm();
     }
-    const double rms = std::sqrt(sum / 50.0);
-    EXPECT_NEAR(smooth_flow_rms(d.data(), d.size()), rms, 1e-9);
+    double sum = 0.0;  // over a grid as fine as the image
+    constexpr int kGrid = 200;
+    for (int i = 0; i < kGrid * kGrid; ++i) {
+      const Vec2 at(half.x() * (2.0 * (i % kGrid + 0.5) / kGrid - 1.0),
+                    half.y() * (2.0 * (i / kGrid + 0.5) / kGrid - 1.0));
+      sum += (linear * at + shift).squaredNorm();
+    }
+    const double rms = std::sqrt(sum / (kGrid * kGrid));
+    EXPECT_NEAR(smooth_flow_rms(d.data(), d.size(), half), rms, 1e-4 * rms);
     d[7].by += Vec2(0.5, 0.0);
     d[21].by += Vec2(0.0, -0.5);
-    EXPECT_NEAR(smooth_flow_rms(d.data(), d.size()), rms, 0.1 * rms);
+    if (spread > 0.7) EXPECT_NEAR(smooth_flow_rms(d.data(), d.size(), half), rms, 0.1 * rms);
+  });
+}
+
+// In a climb the features of the start huddle in the middle of the image, where hardly anything moves.
+TEST(Stillness, HuddledFeaturesAreNoEvidenceOfStandingStill) {
+  test::for_all(20, [](test::Generator& g) {
+    ImageStillness<kTracks> images(StartOptions{}, lens());
+    const double climb_m_s = g.uniform(0.2, 0.5);
+    const double spread_m = g.uniform(0.2, 0.5);
+    const std::vector<Vec2> ground = [&] {
+      std::vector<Vec2> points(kTracks);
+      for (Vec2& point : points) point = g.normal_vector<2>(spread_m);
+      return points;
+    }();
+    for (int k = 0; k < 120; ++k) {
+      Frame frame;
+      frame.t = Time::from_seconds(k / kImageRate_Hz);
+      const double height_m = 10.0 + climb_m_s * k / kImageRate_Hz;
+      for (std::uint32_t i = 0; i < kTracks; ++i) {
+        const Vec2 z = ground[i] / height_m + g.normal_vector<2>(0.5 / kFocal_px);
+        static_cast<void>(frame.observations.push_back({i, 0.0F, 0.0F, z.x(), z.y()}));
+      }
+      EXPECT_FALSE(images.update(frame).still) << k;
+    }
   });
 }
 
 TEST(Stillness, ALineOfFeaturesDeterminesNoField) {
   std::array<Displacement, 20> d;
   for (std::size_t i = 0; i < d.size(); ++i) d[i].from = Vec2(0.01 * static_cast<double>(i), 0.3);
-  EXPECT_TRUE(std::isinf(smooth_flow_rms(d.data(), d.size())));
+  EXPECT_TRUE(std::isinf(smooth_flow_rms(d.data(), d.size(), Vec2(0.8, 0.6))));
 }
 
 }  // namespace

@@ -1,0 +1,147 @@
+#pragma once
+// How well a facet stands for the ground under the beam. The paper takes the ground for flat between three features.
+// Over steps it is not, and the error is not noise: it repeats as long as the same features carry the facet, so that a
+// hundred ranges on one facet say hardly more than the first. What the features around the facet tell about the ground
+// goes into the noise of the range, and what repeats is counted once.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "fsw/estimator/facet_search.h"
+#include "fsw/estimator/filter_state.h"
+
+namespace plumb {
+
+/// The SLAM features a facet can be made of, seen from the camera at the time of the range.
+template <class Config>
+struct SeenFeatures {
+  FixedVector<Vec2, Config::kMaxSlamFeatures> points;           ///< normalised image plane
+  FixedVector<double, Config::kMaxSlamFeatures> inverse_depth;  ///< 1/m, along the optical axis
+  FixedVector<std::size_t, Config::kMaxSlamFeatures> feature;   ///< index in the state
+
+  void clear() {
+    points.clear();
+    inverse_depth.clear();
+    feature.clear();
+  }
+  void add(const Vec2& point, double inverse_depth_1_m, std::size_t index) {
+    static_cast<void>(points.push_back(point));
+    static_cast<void>(inverse_depth.push_back(inverse_depth_1_m));
+    static_cast<void>(feature.push_back(index));
+  }
+};
+
+/// The plane through a facet's vertices, against which other features are held. Over a plane the inverse depth is
+/// affine in image coordinates.
+template <class Config>
+class FacetPlane {
+ public:
+  FacetPlane(const FilterState<Config>& state, const SeenFeatures<Config>& seen, const FacetChoice& facet)
+      : state_(state), seen_(seen), facet_(facet) {
+    Mat3 corners;
+    for (std::size_t j = 0; j < 3; ++j)
+      corners.col(static_cast<Eigen::Index>(j)) = seen.points[facet.vertices[j]].homogeneous();
+    barycentric_ = corners.inverse();
+  }
+
+  /// By how much, 1 sigma along the beam in metres, the surface under the beam may lie off the facet: the six features
+  /// nearest to it are taken as samples of a ground that scatters about a plane, as the vertices are. Zero over flat
+  /// ground, where the features are off the plane by no more than their own uncertainty explains.
+  double relief_m(const Vec2& query, double range_m) const {
+    constexpr std::size_t kAsked = 6;
+    struct Near {
+      double distance2 = 0.0;
+      std::size_t feature = 0;
+    };
+    FixedVector<Near, kAsked> nearest;  // in order of distance
+    for (std::size_t i = 0; i < seen_.points.size(); ++i) {
+      if (std::find(facet_.vertices.begin(), facet_.vertices.end(), i) != facet_.vertices.end()) continue;
+      const double distance2 = (seen_.points[i] - query).squaredNorm();
+      if (nearest.full() && distance2 >= nearest.back().distance2) continue;
+      if (nearest.full()) nearest.pop_back();
+      static_cast<void>(nearest.push_back({distance2, i}));
+      for (std::size_t k = nearest.size() - 1; k > 0 && nearest[k - 1].distance2 > distance2; --k)
+        std::swap(nearest[k - 1], nearest[k]);
+    }
+    const Vec3 weights = barycentric_ * query.homogeneous();
+    const double inverse_depth = weights.dot(vertex_values());
+    if (nearest.empty() || !(inverse_depth > 0.0)) return 0.0;
+    double sum = 0.0;
+    for (const Near& near : nearest) sum += scatter2(near.feature);
+    const double variance = (1.0 + weights.squaredNorm()) * sum / static_cast<double>(nearest.size());
+    return range_m * std::sqrt(variance) / inverse_depth;
+  }
+
+ private:
+  Vec3 vertex_values() const {
+    const auto& v = facet_.vertices;
+    return {seen_.inverse_depth[v[0]], seen_.inverse_depth[v[1]], seen_.inverse_depth[v[2]]};
+  }
+
+  /// Variance of one point's scatter about the plane, 1/m^2, as feature i tells it. Four points that scatter alike, one
+  /// of them predicted from the others, miss by 1 + |weights|^2 times that, beside what the filter knows to be the
+  /// uncertainty of the four.
+  double scatter2(std::size_t i) const {
+    const Vec3 weights = barycentric_ * seen_.points[i].homogeneous();
+    const double misfit = seen_.inverse_depth[i] - weights.dot(vertex_values());
+    std::array<std::size_t, 4> at{};  // rho of each in the error state
+    Eigen::Vector4d by;               // the misfit by it
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::size_t point = j < 3 ? facet_.vertices[j] : i;
+      const std::size_t feature = seen_.feature[point];
+      const auto e = static_cast<Eigen::Index>(j);
+      at[j] = ErrorLayout<Config>::feature(feature) + 2;
+      by(e) = (j < 3 ? -weights(e) : 1.0) * seen_.inverse_depth[point] / state_.features[feature].parameters.z();
+    }
+    const ConstMatrixView p = state_.covariance();
+    double explained = 0.0;
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t k = 0; k < 4; ++k)
+        explained += by(static_cast<Eigen::Index>(j)) * by(static_cast<Eigen::Index>(k)) * p(at[j], at[k]);
+    }
+    return std::max(misfit * misfit - explained, 0.0) / (1.0 + weights.squaredNorm());
+  }
+
+  const FilterState<Config>& state_;
+  const SeenFeatures<Config>& seen_;
+  const FacetChoice& facet_;
+  Mat3 barycentric_;  ///< of homogeneous image points
+};
+
+/// Counts how often the same features have carried the facet.
+class FacetRepeats {
+ public:
+  using TrackIds = std::array<std::uint32_t, 3>;
+
+  void clear() { *this = {}; }
+  void used(const TrackIds& ids) {
+    count_ = count_after(ids);
+    last_ = ids;
+  }
+
+  /// Variance, m^2, of the white noise a range must carry so that the k-th on a facet adds just what it is worth: of k
+  /// ranges with device noise r each and one error s^2 in common the information is k / (r + k s^2), and this is one
+  /// over its growth at k.
+  double variance(const TrackIds& ids, double noise_m, double relief_m) const {
+    const double r = noise_m * noise_m;
+    const double s2 = relief_m * relief_m;
+    const double k = count_after(ids);
+    return (r + k * s2) * (r + (k - 1.0) * s2) / r;
+  }
+
+ private:
+  /// A facet that shares a vertex with the last one has a third of its error.
+  double count_after(const TrackIds& ids) const {
+    const auto in_last = [this](std::uint32_t id) { return std::find(last_.begin(), last_.end(), id) != last_.end(); };
+    const auto shared = static_cast<double>(std::count_if(ids.begin(), ids.end(), in_last));
+    return count_ * shared / 3.0 + 1.0;
+  }
+
+  TrackIds last_{};
+  double count_ = 0.0;
+};
+
+}  // namespace plumb
