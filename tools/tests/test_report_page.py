@@ -14,7 +14,7 @@ from plumb_tools.report import animation
 from plumb_tools.report.__main__ import main
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.run import read_run
-from plumb_tools.report.sections import number
+from plumb_tools.report.sections import numbers
 
 MAX_BYTES = 15_000_000
 
@@ -182,4 +182,10 @@ def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
     ],
 )
 def test_numbers_are_short(value: float | None, unit: str, text: str) -> None:
-    assert number(value, 3, unit).startswith(text)
+    assert numbers([value], 3, unit)[0].startswith(text)
+
+
+def test_numbers_to_compare_have_the_same_unit() -> None:
+    small, large = numbers([0.0666, 0.132], 3, "m")
+    assert small.startswith("0.067<") and large.startswith("0.132<")
+    assert all("cm/s" in text for text in numbers([0.0064, 0.0087], 3, "m/s"))

@@ -32,7 +32,7 @@ EXAMPLES = """\
 examples:
   tools/report out/mh01 --flight mh01 --open                    one replay, opened in the browser
   tools/report out/range out/vio --flight mh01 --out mh01.html  range-VIO beside VIO
-  tools/report build/demo/demo/range --flight build/demo/demo/flight --animation docs/images/overlay.webp
+  tools/report build/demo/demo/range --flight build/flights/demo-1 --animation docs/images/overlay.webp
                                                                 the animated image of the README, after tools/demo
 
 exit codes: 0 written, 2 bad input"""

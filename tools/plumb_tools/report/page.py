@@ -113,8 +113,21 @@ def _viewer(model: Model, views: list[View]) -> dict[str, Any]:
         "width": camera.width,
         "height": camera.height,
         "hasFeatures": model.main.run.features_file is not None,
+        "first": _telling(model, views),
         "frames": [_frame(model, view) for view in views],
     }
+
+
+def _telling(model: Model, views: list[View]) -> int:
+    """The image to open with: one from the second half of the flight whose range was compared with a facet."""
+    outcomes = model.main.run.states["range_outcome"]
+    middle = len(views) // 2
+    used = (
+        index
+        for index, view in enumerate(views)
+        if index >= middle and view.ranged_px is not None and outcomes[view.row] == RangeOutcome.USED
+    )
+    return next(used, middle)
 
 
 def _frame(model: Model, view: View) -> dict[str, Any]:

@@ -21,12 +21,17 @@ CENTIMETRES_BELOW = 0.1
 EQUAL_BELOW = 1.05
 
 
-def number(value: float | None, digits: int = 3, unit: str = "") -> str:
-    """A number with significant digits and its unit; small lengths and speeds in centimetres."""
+def numbers(values: Sequence[float | None], digits: int = 3, unit: str = "") -> list[str]:
+    """Numbers with significant digits, all in the same unit; small lengths and speeds in centimetres."""
+    known = [abs(value) for value in values if value is not None and np.isfinite(value)]
+    if unit in ("m", "m/s") and known and max(known) < CENTIMETRES_BELOW:
+        return [_number(None if value is None else 100.0 * value, digits, "c" + unit) for value in values]
+    return [_number(value, digits, unit) for value in values]
+
+
+def _number(value: float | None, digits: int, unit: str) -> str:
     if value is None or not np.isfinite(value):
         return NONE
-    if unit in ("m", "m/s") and abs(value) < CENTIMETRES_BELOW:
-        value, unit = 100.0 * value, "c" + unit
     # No more decimals than digits: 0.0184 % is as good as 0.018 %, and a small one needs no exponent.
     text = f"{value:.{digits}g}" if abs(value) >= 1.0 else f"{value:.{digits}f}"
     if "e" in text:
@@ -68,9 +73,8 @@ def cards(model: Model) -> str:
 
 def _card(model: Model, title: str, note: str, values: Sequence[float | None], unit: str, compare: bool) -> str:
     rows = "".join(
-        f"<div class='value' style='--colour:{replay.colour}'><b>{number(value, 3, unit)}</b>"
-        f"<span>{escape(replay.label)}</span></div>"
-        for replay, value in zip(model.replays, values, strict=True)
+        f"<div class='value' style='--colour:{replay.colour}'><b>{text}</b><span>{escape(replay.label)}</span></div>"
+        for replay, text in zip(model.replays, numbers(values, 3, unit), strict=True)
     )
     return f"<div class='card'><h3>{title}</h3><p>{note}</p>{rows}{_ratio(values) if compare else ''}</div>"
 
@@ -106,24 +110,24 @@ def _headline_rows(headlines: list[Headline]) -> list[tuple[str, list[str]]]:
     if not headlines:
         return []
     return [
-        ("greatest error on an axis", [number(h.max_axis_m, 3, "m") for h in headlines]),
-        ("the same of the distance", [number(h.max_axis_percent, 3, "%") for h in headlines]),
-        ("ATE, aligned in position and heading", [number(h.ate_m, 3, "m") for h in headlines]),
-        ("scale error", [number(h.scale_error_percent, 3, "%") for h in headlines]),
-        ("velocity error, root mean square", [number(h.velocity_rmse_m_s, 3, "m/s") for h in headlines]),
-        ("NEES of position (ideal 3)", [number(h.nees_position) for h in headlines]),
-        ("NEES of velocity (ideal 3)", [number(h.nees_velocity) for h in headlines]),
-        ("NEES of attitude (ideal 3)", [number(h.nees_attitude) for h in headlines]),
-        ("coverage of the flight", [number(h.coverage_percent, 4, "%") for h in headlines]),
+        ("greatest error on an axis", numbers([h.max_axis_m for h in headlines], 3, "m")),
+        ("the same of the distance", numbers([h.max_axis_percent for h in headlines], 3, "%")),
+        ("ATE, aligned in position and heading", numbers([h.ate_m for h in headlines], 3, "m")),
+        ("scale error", numbers([h.scale_error_percent for h in headlines], 3, "%")),
+        ("velocity error, root mean square", numbers([h.velocity_rmse_m_s for h in headlines], 3, "m/s")),
+        ("NEES of position (ideal 3)", numbers([h.nees_position for h in headlines])),
+        ("NEES of velocity (ideal 3)", numbers([h.nees_velocity for h in headlines])),
+        ("NEES of attitude (ideal 3)", numbers([h.nees_attitude for h in headlines])),
+        ("coverage of the flight", numbers([h.coverage_percent for h in headlines], 4, "%")),
         ("re-initialisations", [str(h.resets) for h in headlines]),
     ]
 
 
 def _cost_rows(costs: list[Cost]) -> list[tuple[str, list[str]]]:
     return [
-        ("CPU time per image, mean", [number(c.cpu_ms, 3, "ms") for c in costs]),
-        ("CPU time per image, 95 %", [number(c.cpu_p95_ms, 3, "ms") for c in costs]),
-        ("real-time factor of the replay", [number(c.realtime_factor, 3, "&times;") for c in costs]),
+        ("CPU time per image, mean", numbers([c.cpu_ms for c in costs], 3, "ms")),
+        ("CPU time per image, 95 %", numbers([c.cpu_p95_ms for c in costs], 3, "ms")),
+        ("real-time factor of the replay", numbers([c.realtime_factor for c in costs], 3, "&times;")),
     ]
 
 

@@ -43,7 +43,7 @@ class Viewer {
     this.groups = {};
     for (const layer of LAYERS) this.addLayer(layer);
     this.bind();
-    this.show(0);
+    this.show(data.first);
   }
 
   addLayer(layer) {
