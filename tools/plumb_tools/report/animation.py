@@ -14,12 +14,12 @@ from plumb_tools.report.run import RangeOutcome, Run
 from plumb_tools.trajectory import FloatArray
 
 SUFFIXES = (".webp", ".gif")
-WIDTH_PX = 480
+WIDTH_PX = 440
 STRIP_PX = 74  #: height of the range profile under the image
 SUPERSAMPLING = 2  #: drawn this much larger, then reduced: smooth lines
-FRAMES = 90
-FRAME_MS = 100
-WEBP_QUALITY = 52
+FRAMES = 66
+FRAME_MS = 130
+WEBP_QUALITY = 34
 GIF_COLOURS = 96
 
 FACETS, TRACKS, SLAM, RANGED = "#4cc2ff", "#ffd23f", "#3ddc97", "#ff3b42"
