@@ -129,3 +129,18 @@ def test_a_full_disk_leaves_nothing(
     assert command.main([str(scene), "--out", str(tmp_path / "flight"), "--duration", "0.3"]) == 2
     assert "No space left" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.yaml"]
+
+
+def test_without_a_gpu_it_draws_in_software_and_says_so_once(tmp_path: Path) -> None:
+    scene = write(tmp_path, changed({}))
+    done = subprocess.run(
+        [sys.executable, "-m", "plumb_tools.sim", str(scene), "--out", str(tmp_path / "flight"), "--duration", "0.3"],
+        env={"PYTHONPATH": str(TOOLS), "LIBGL_ALWAYS_SOFTWARE": "1"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    told = [line for line in done.stderr.splitlines() if "GPU" in line]
+    assert len(told) == 1 and told[0].startswith("simulate: no GPU, drawing in software (")
+    assert any((tmp_path / "flight/mav0/cam0/data").iterdir())
