@@ -94,7 +94,12 @@ def test_water_gives_no_return(tmp_path: Path) -> None:
     assert np.all(_values(_flown(tmp_path, "pond", {"scene.objects": pond}), "range0", ("range",)) == 0.0)
 
 
-def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "signals",
+    [[signal.SIGINT], [signal.SIGINT, signal.SIGTERM, signal.SIGTERM, signal.SIGINT]],
+    ids=["once", "impatiently"],
+)
+def test_an_interrupt_leaves_nothing(signals: list[signal.Signals], tmp_path: Path) -> None:
     scene = write(tmp_path, changed({"sensors.camera.rate_hz": 200}))
     target = tmp_path / "flight"
     environment = os.environ | {"PYTHONPATH": str(TOOLS)}
@@ -110,7 +115,9 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
         assert process.poll() is None, process.communicate()[1]
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
+    for number in signals:
+        process.send_signal(number)
+        time.sleep(0.002)
     _, message = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted" in message

@@ -145,6 +145,9 @@ def _simulate(arguments: argparse.Namespace) -> None:
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    """Once: whoever stops a program often does so twice, and clearing up must not be stopped."""
+    for stopping in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(stopping, signal.SIG_IGN)
     raise KeyboardInterrupt
 
 
@@ -152,7 +155,8 @@ def main(argv: list[str] | None = None) -> int:
     """Simulates as the arguments tell; returns the exit code."""
     parser = _parser()
     arguments = parser.parse_args(argv)
-    signal.signal(signal.SIGTERM, _interrupt)
+    for stopping in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(stopping, _interrupt)
     try:
         if arguments.list:
             _list()
