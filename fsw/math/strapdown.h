@@ -1,7 +1,10 @@
 #pragma once
 // Strapdown integration of one IMU interval. Bias-free gyro and specific force at both ends are taken as linear between
-// them: coning to second order, specific force rotated at start, middle and end (Simpson), so that the error of a step
-// is of fourth order in its length.
+// them: the rotation with its coning term, the specific force rotated at start, middle and end (Simpson's rule).
+//
+// Where the rates are linear, the error over a given time falls with the fourth power of the step. Of any other motion
+// two samples tell no more than the straight line between them, and that costs an error that falls with the square of
+// the sample period, however exactly the line is followed. Both are tested.
 
 #include "fsw/math/so3.h"
 
