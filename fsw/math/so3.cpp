@@ -38,11 +38,6 @@ Mat3 so3_left_jacobian(const Vec3& rotation_vector) {
          ((angle - std::sin(angle)) / (angle2 * angle)) * k * k;
 }
 
-double yaw_of(const Quat& q_WI) {
-  const Mat3 r = q_WI.toRotationMatrix();
-  return std::atan2(r(1, 0), r(0, 0));
-}
-
 Quat rotation_between(const Vec3& from, const Vec3& to) {
   const Vec3 a = from.normalized();
   const Vec3 b = to.normalized();

@@ -28,9 +28,6 @@ Vec3 so3_log(const Quat& q);
 /// Left Jacobian of SO(3): Exp(a + d) = Exp(J_l(a) d) Exp(a) to first order in d.
 Mat3 so3_left_jacobian(const Vec3& rotation_vector);
 
-/// Heading of I about the world vertical [rad], from the body x axis.
-double yaw_of(const Quat& q_WI);
-
 /// The smallest rotation that takes `from` to `to` (neither zero; opposite vectors turn about any normal).
 Quat rotation_between(const Vec3& from, const Vec3& to);
 

@@ -119,16 +119,6 @@ TEST(So3, LeftJacobianKeepsTheRotationAxis) {
   });
 }
 
-TEST(So3, YawIsTheHeadingOfTheBodyXAxis) {
-  test::for_all(500, [](test::Generator& g) {
-    const double yaw = g.uniform(-3.1, 3.1);
-    const double pitch = g.uniform(-1.5, 1.5);
-    const double roll = g.uniform(-3.1, 3.1);
-    const Quat q_WI = so3_exp(yaw * Vec3::UnitZ()) * so3_exp(pitch * Vec3::UnitY()) * so3_exp(roll * Vec3::UnitX());
-    EXPECT_NEAR(yaw_of(q_WI), yaw, 1e-12);
-  });
-}
-
 TEST(So3, RotationBetweenTakesOneVectorToTheOther) {
   test::for_all(1000, [](test::Generator& g) {
     const Vec3 from = g.uniform(0.1, 20.0) * g.direction();
