@@ -1,6 +1,6 @@
 #pragma once
-// Telemetry over LCM. Publishing from an encoded buffer needs no heap in the steady state (measured; see the reference
-// in docs), so it is safe in flight threads once open() has returned.
+// Telemetry over LCM. Publishing from an encoded buffer calls the allocator only until the first messages are out (a
+// test counts the calls), so it is fit for flight threads.
 
 #include <memory>
 #include <string>
