@@ -18,6 +18,8 @@ struct Lens {
   const char* name;
   CameraCalibration calibration;
 };
+// For the names of the tests, which would otherwise hold the bytes of the struct.
+void PrintTo(const Lens& lens, std::ostream* out) { *out << lens.name; }
 
 class EveryLens : public ::testing::TestWithParam<Lens> {
  protected:
