@@ -3,14 +3,15 @@
 #   plumb_flight_library(NAME SOURCES ... DEPS ...)   flight code: no exceptions, no RTTI, all warnings are errors
 #   plumb_host_library(NAME SOURCES ... DEPS ...)     host-side code: tools, hal, test support
 #   plumb_executable(NAME SOURCES ... DEPS ...)       a program in build/<preset>/bin
-#   plumb_test(NAME SOURCES ... DEPS ... [LABEL unit|law|replay])
+#   plumb_test(NAME SOURCES ... DEPS ... [LABEL unit|law|replay|campaign])
 #                                                     a GoogleTest program, each of its cases registered with CTest:
-#       unit    one piece of code against its documented contract (the default)
-#       law     a mathematical law that must hold over random inputs, whatever the implementation
-#       replay  a recorded or simulated flight; may need the data folder, and skips without it
+#       unit      one piece of code against its documented contract (the default)
+#       law       a mathematical law that must hold over random inputs, whatever the implementation
+#       replay    a recorded flight; may need the data folder, and skips without it
+#       campaign  statistics over many simulated flights: minutes
 #   plumb_check(NAME COMMAND ...)                     a rule of the house checked by a script, label `check`
 #
-# The targets plumb_tests_unit, plumb_tests_law and plumb_tests_replay build the programs of one label.
+# The targets plumb_tests_unit, plumb_tests_law, ... build the programs of one label.
 # The global property PLUMB_FLIGHT_LIBRARIES lists every flight library, for the symbol scan.
 
 option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
@@ -27,6 +28,8 @@ endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 
 if(PLUMB_SANITIZE)
+  # Without NDEBUG, so that Eigen checks sizes and indices too.
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)
 endif()
@@ -68,7 +71,7 @@ function(plumb_executable name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS})
 endfunction()
 
-set(PLUMB_TEST_LABELS unit law replay)
+set(PLUMB_TEST_LABELS unit law replay campaign)
 foreach(label IN LISTS PLUMB_TEST_LABELS)
   add_custom_target(plumb_tests_${label})
 endforeach()
