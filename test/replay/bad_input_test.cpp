@@ -75,9 +75,20 @@ const BadCase kCases[] = {
     {"truth not a rotation", replaced(kTruthCsv, ",0,1,0,0,0", ",0,0,0,0,0"),
      "line 2: columns 5 to 8: expected a unit"},
     {"truth not a number", replaced(kTruthCsv, ",1,2,3", ",nan,2,3"), "line 2: column 2: expected a finite number"},
+    {"IMU of another clock",
+     [](const SmallRecording& r) { r.write(kImuCsv, "7000000000,0,0,0,0,0,-9.8\n7005000000,0,0,0,0,0,-9.8\n"); },
+     "imu0/data.csv: from 7000000000 to 7005000000 ns; expected stamps of the same clock as the images"},
+    {"range finder of another clock", [](const SmallRecording& r) { r.write(kRangeCsv, "7000000000,3.5\n"); },
+     "range0/data.csv: from 7000000000 to 7000000000 ns; expected stamps of the same clock as the images"},
     {"image that is none", [](const SmallRecording& r) { r.write(SmallRecording::image_name(7), "no picture"); },
      "1000350000000.png: not readable as an image"},
     {"image cut short", [](const SmallRecording& r) { fs::resize_file(r.path() / SmallRecording::image_name(7), 40); },
+     "1000350000000.png: not readable as an image"},
+    {"image cut off half way",
+     [](const SmallRecording& r) {
+       const fs::path image = r.path() / SmallRecording::image_name(7);
+       fs::resize_file(image, fs::file_size(image) / 2);
+     },
      "1000350000000.png: not readable as an image"},
     {"image of another size",
      [](const SmallRecording& r) {

@@ -90,14 +90,52 @@ TEST_F(Options, RealtimeTakesAsLongAsTheRecording) {
 
 TEST_F(Options, InterruptLeavesNothingHalfWritten) {
   const fs::path log = results_.path() / "log.lcm";
-  // The shell becomes the program, so its own process number is the one to interrupt.
-  const ReplayResult result =
-      run_replay(asl() + out() + " --realtime --record " + quoted(log), "(sleep 0.7; kill -INT $$) & exec ");
+  for (const std::string signal : {"INT", "TERM", "HUP"}) {
+    SCOPED_TRACE(signal);
+    // The shell becomes the program, so its own process number is the one to interrupt.
+    const ReplayResult result = run_replay(asl() + out() + " --realtime --record " + quoted(log),
+                                           "(sleep 0.7; kill -" + signal + " $$) & exec ");
+    EXPECT_EQ(result.exit_code, 130) << result.error;
+    EXPECT_NE(result.error.find("interrupted"), std::string::npos);
+    EXPECT_FALSE(fs::exists(log));
+    EXPECT_TRUE(fs::is_empty(out_));
+    EXPECT_EQ(std::distance(fs::directory_iterator(results_.path()), {}), 1);  // the folder of the empty out_
+  }
+}
+
+TEST_F(Options, InterruptIsHeardWhileTheRecordingIsSilent) {
+  // A last sample an hour later: played as fast as it was recorded, nothing happens until then.
+  const std::string imu = "mav0/imu0/data.csv";
+  recording_.write(imu, recording_.content(imu) + "4600000000000,0,0,0,0,0,-9.80665\n");
+  const auto started = std::chrono::steady_clock::now();
+  const ReplayResult result = run_replay(asl() + " --realtime", "(sleep 3; kill -INT $$) & exec ");
   EXPECT_EQ(result.exit_code, 130) << result.error;
-  EXPECT_NE(result.error.find("interrupted"), std::string::npos);
-  EXPECT_FALSE(fs::exists(log));
+  EXPECT_LT(std::chrono::steady_clock::now() - started, std::chrono::seconds(30));
+}
+
+// The shell's limit on the size of a file stands for a disk that is full; without the trap its signal would end the
+// program before it can say anything.
+TEST_F(Options, AFullDiskLeavesNothingHalfWritten) {
+  const std::string limit = "trap '' XFSZ; ulimit -f 8; ";  // blocks of 512 or 1024 bytes, as the shell has it
+  const fs::path log = results_.path() / "log.lcm";
+  const ReplayResult outputs = run_replay(asl() + out(), limit);
+  EXPECT_EQ(outputs.exit_code, 1) << outputs.error;
+  EXPECT_NE(outputs.error.find(out_.string() + "/"), std::string::npos) << outputs.error;
+  EXPECT_NE(outputs.error.find("writing failed; is the disk full?"), std::string::npos) << outputs.error;
   EXPECT_TRUE(fs::is_empty(out_));
-  EXPECT_EQ(std::distance(fs::directory_iterator(results_.path()), {}), 1);  // the folder of the empty out_
+  const ReplayResult record = run_replay(asl() + " --record " + quoted(log), limit);
+  EXPECT_EQ(record.exit_code, 1) << record.error;
+  EXPECT_NE(record.error.find(log.string() + ": writing failed"), std::string::npos) << record.error;
+  EXPECT_EQ(std::distance(fs::directory_iterator(results_.path()), {}), 1);
+}
+
+TEST_F(Options, AFailureLeavesEarlierResultsAsTheyWere) {
+  ASSERT_EQ(run_replay(asl() + out()).exit_code, 0);
+  const std::string before = content_of(out_ / "states.csv");
+  recording_.write(SmallRecording::image_name(20), "no picture");
+  EXPECT_EQ(run_replay(asl() + out()).exit_code, 2);
+  EXPECT_EQ(content_of(out_ / "states.csv"), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 7);
 }
 
 TEST_F(Options, ListsEveryParameter) {
@@ -119,6 +157,7 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
       {asl() + " --log x.lcm", "either --asl DIR or --log FILE"},
       {asl() + " --config huge", "huge not in"},
       {asl() + " --nonsense", "--nonsense"},
+      {asl() + " --out ''", "--out: expected a name"},
       {asl() + " --params /nowhere.yaml", "/nowhere.yaml: not found"},
       {asl() + " --params " + quoted(wrong), "1000 refused for range.gate_sigma; expected from 0.1 to 100"},
       {asl() + " --out /dev/null/x", "/dev/null"},
@@ -139,6 +178,10 @@ TEST_F(Options, StartFromTruthNeedsTruth) {
   const ReplayResult result = run_replay(asl() + " --start-from-truth");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.error.find("--start-from-truth needs a recording with truth"), std::string::npos) << result.error;
+  recording_.write("mav0/state_groundtruth_estimate0/data.csv", "1000100000000,1,2,3,0,1,0,0,0,0,0\n");
+  const ReplayResult late = run_replay(asl() + " --start-from-truth");
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_NE(late.error.find("needs truth within 50 ms of the first image"), std::string::npos) << late.error;
 }
 
 }  // namespace

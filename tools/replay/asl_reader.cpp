@@ -78,6 +78,16 @@ std::vector<NavState> read_truth(const fs::path& file) {
   return states;
 }
 
+// Sensors that share no moment were stamped by different clocks, and nothing would come of flying them.
+void expect_common_time(const fs::path& file, Time first, Time last, const std::vector<CameraReference>& images) {
+  const Time first_image = images.front().t_exposure_mid;
+  const Time last_image = images.back().t_exposure_mid;
+  if (first <= last_image && first_image <= last) return;
+  throw InputError(file.string() + ": from " + std::to_string(first.ns()) + " to " + std::to_string(last.ns()) +
+                   " ns; expected stamps of the same clock as the images, which are from " +
+                   std::to_string(first_image.ns()) + " to " + std::to_string(last_image.ns()) + " ns");
+}
+
 class AslSource final : public Source {
  public:
   explicit AslSource(const AslOptions& options) {
@@ -100,6 +110,8 @@ class AslSource final : public Source {
     if (!options.parameters.empty()) read_parameters(options.parameters, session_.parameters);
     imu_ = read_imu_samples(root / "imu0" / "data.csv");
     read_images(root / "cam0");
+    expect_common_time(root / "imu0" / "data.csv", imu_.front().t, imu_.back().t, camera_);
+    if (!range_.empty()) expect_common_time(root / "range0" / "data.csv", range_.front().t, range_.back().t, camera_);
     const fs::path truth = root / "state_groundtruth_estimate0" / "data.csv";
     if (fs::exists(truth)) session_.truth = read_truth(truth);
     assembler_ = std::make_unique<FrameAssembler>(imu_, range_, camera_);

@@ -24,11 +24,19 @@ std::uint64_t fnv1a(std::uint64_t hash, std::uint64_t word) {
   return hash;
 }
 
+constexpr Duration kMaxTruthDistance = Duration::from_ms(50);  // further away it is the truth of something else
+
 const NavState& truth_at_first_image(const Session& session) {
   if (session.truth.empty()) throw InputError(session.source + ": --start-from-truth needs a recording with truth");
   const auto distance_ns = [&session](const NavState& row) { return std::abs((row.t - session.t_first_image).ns()); };
-  return *std::min_element(session.truth.begin(), session.truth.end(),
-                           [&](const NavState& a, const NavState& b) { return distance_ns(a) < distance_ns(b); });
+  const NavState& nearest =
+      *std::min_element(session.truth.begin(), session.truth.end(),
+                        [&](const NavState& a, const NavState& b) { return distance_ns(a) < distance_ns(b); });
+  if (distance_ns(nearest) > kMaxTruthDistance.ns()) {
+    throw InputError(session.source + ": --start-from-truth needs truth within 50 ms of the first image, at " +
+                     std::to_string(session.t_first_image.ns()) + " ns");
+  }
+  return nearest;
 }
 
 // The flight software in static memory, as it flies.
@@ -138,6 +146,19 @@ class Flight {
   FlightTotals totals_;
 };
 
+void give_up_if_asked(const FlightOptions& options) {
+  if (options.stop != nullptr && *options.stop != 0) throw Interrupted();
+}
+
+// Waits in short stretches, because a recording may have a long hole and the user no patience.
+void wait_until(Clock::time_point due, const FlightOptions& options) {
+  constexpr std::chrono::milliseconds kStretch{100};
+  for (Clock::time_point now = Clock::now(); now < due; now = Clock::now()) {
+    give_up_if_asked(options);
+    std::this_thread::sleep_until(std::min(due, now + kStretch));
+  }
+}
+
 template <class Config>
 FlightTotals fly_with(Source& source, const FlightOptions& options, const std::vector<FlightListener*>& listeners) {
   Flight<Config> flight(source.session(), options);
@@ -145,10 +166,9 @@ FlightTotals fly_with(Source& source, const FlightOptions& options, const std::v
   Time t_start = Time::never();
   Tick tick;
   while (source.next(tick)) {
-    if (options.stop != nullptr && *options.stop != 0) throw Interrupted();
+    give_up_if_asked(options);
     if (t_start == Time::never()) t_start = tick.input.t;
-    if (options.realtime)
-      std::this_thread::sleep_until(started + std::chrono::nanoseconds((tick.input.t - t_start).ns()));
+    if (options.realtime) wait_until(started + std::chrono::nanoseconds((tick.input.t - t_start).ns()), options);
     flight.step(tick, listeners);
   }
   FlightTotals totals = flight.totals();

@@ -1,5 +1,5 @@
-// plumb-replay: flies a recording through the flight software. Exit code 0 done, 1 internal failure, 2 bad input,
-// 130 interrupted.
+// plumb-replay: flies a recording through the flight software. Exit code 0 done, 1 results that could not be written or
+// an internal failure, 2 bad input, 130 interrupted.
 
 #include <CLI/CLI.hpp>
 #include <cinttypes>
@@ -19,6 +19,7 @@
 #include "tools/replay/live_telemetry.h"
 #include "tools/replay/log_reader.h"
 #include "tools/replay/outputs.h"
+#include "tools/replay/pending_file.h"
 #include "tools/replay/progress.h"
 #include "tools/replay/recorder.h"
 #include "tools/replay/summary.h"
@@ -26,7 +27,7 @@
 namespace plumb::replay {
 namespace {
 
-constexpr int kExitInternal = 1;
+constexpr int kExitFailed = 1;
 constexpr int kExitBadInput = 2;
 constexpr int kExitInterrupted = 130;
 
@@ -61,19 +62,26 @@ void list_parameters() {
 }
 
 void declare(CLI::App& app, Arguments& arguments) {
-  app.add_option("--asl", arguments.asl, "recording in the ASL (EuRoC) layout: the folder that holds mav0");
-  app.add_option("--log", arguments.log, "recording as an LCM event log, as written by --record");
+  // An empty shell variable is a mistake, not the wish for no results.
+  const CLI::Validator named([](const std::string& name) { return name.empty() ? "expected a name" : ""; }, "TEXT");
+  app.add_option("--asl", arguments.asl, "recording in the ASL (EuRoC) layout: the folder that holds mav0")
+      ->check(named);
+  app.add_option("--log", arguments.log, "recording as an LCM event log, as written by --record")->check(named);
   app.add_option("--config", arguments.flight.config_name,
                  "compile-time sizes: paper or flight (default: what the log was flown with, else flight)")
       ->check(CLI::IsMember(config_names()));
-  app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml");
+  app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml")
+      ->check(named);
   app.add_flag("--no-range", arguments.no_range, "leave the range finder out");
   app.add_flag("--start-from-truth", arguments.flight.start_from_truth,
                "start from the recording's truth at the first image (comparisons only)");
   app.add_flag("--realtime", arguments.flight.realtime, "as fast as it was recorded instead of as fast as possible");
-  app.add_option("--out", arguments.out, "folder for trajectory.tum, states.csv, summary.json and others");
-  app.add_option("--record", arguments.record, "write an LCM event log that --log flies again, bit by bit");
-  app.add_option("--lcm", arguments.lcm_url, "publish over LCM, for example udpm://239.255.76.67:7667?ttl=0");
+  app.add_option("--out", arguments.out, "folder for trajectory.tum, states.csv, summary.json and others")
+      ->check(named);
+  app.add_option("--record", arguments.record, "write an LCM event log that --log flies again, bit by bit")
+      ->check(named);
+  app.add_option("--lcm", arguments.lcm_url, "publish over LCM, for example udpm://239.255.76.67:7667?ttl=0")
+      ->check(named);
   app.add_flag("--list-params", arguments.list_parameters, "print every parameter with default, range and unit");
 }
 
@@ -146,6 +154,7 @@ int run(int argc, char** argv) {
   set_assert_handler(print_assertion);
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
+  std::signal(SIGHUP, request_stop);
   cv::setNumThreads(1);  // the thread clock and the heap counter see this thread only, and so does flight
   Arguments arguments;
   arguments.flight.stop = &g_stop;
@@ -169,9 +178,12 @@ int run(int argc, char** argv) {
   } catch (const Interrupted& stopped) {
     std::fprintf(stderr, "plumb-replay: %s\n", stopped.what());
     return kExitInterrupted;
+  } catch (const WriteError& error) {
+    std::fprintf(stderr, "plumb-replay: %s\n", error.what());
+    return kExitFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "plumb-replay: internal failure: %s\n", error.what());
-    return kExitInternal;
+    return kExitFailed;
   }
   return 0;
 }

@@ -72,6 +72,7 @@ void Outputs::write_headers() {
 }
 
 void Outputs::add_image(const ImageRecord& record) {
+  for (const PendingFile* file : files_) file->check();  // a disk that is full now is not worth flying on for
   write_state_row(record);
   write_timing_row(record);
   write_feature_rows(record);
@@ -135,10 +136,8 @@ void Outputs::set_summary(const std::string& json_text) {
 }
 
 void Outputs::commit() {
-  PendingFile* const files[] = {&trajectory_, &trajectory_imu_, &states_, &covariance_,
-                                &timing_,     &features_,       &summary_};
-  for (PendingFile* file : files) file->close();
-  for (PendingFile* file : files) file->commit();  // the summary last: with it the set is whole
+  for (PendingFile* file : files_) file->close();
+  for (PendingFile* file : files_) file->commit();
 }
 
 }  // namespace plumb::replay

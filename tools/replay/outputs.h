@@ -2,6 +2,7 @@
 // The files of a replay: trajectories, one row of states and of costs per image, the summary. Nothing carries its final
 // name before commit().
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -37,10 +38,11 @@ class Outputs {
   /// Throws InputError when the folder cannot be made or written.
   explicit Outputs(const std::filesystem::path& folder);
 
+  /// Throws WriteError once something could not be written.
   void add_image(const ImageRecord& record);
   void add_predicted(const PredictedState& state);
   void set_summary(const std::string& json_text);
-  /// Closes all files, then gives all of them their names.
+  /// Closes all files, then gives all of them their names. Throws WriteError.
   void commit();
 
  private:
@@ -56,6 +58,9 @@ class Outputs {
   PendingFile timing_;
   PendingFile features_;
   PendingFile summary_;
+  /// All of them, in the order in which they get their names: with the summary the set is whole.
+  const std::array<PendingFile*, 7> files_{&trajectory_, &trajectory_imu_, &states_, &covariance_,
+                                           &timing_,     &features_,       &summary_};
 };
 
 }  // namespace plumb::replay

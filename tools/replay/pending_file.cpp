@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -26,10 +25,13 @@ PendingFile::~PendingFile() {
   if (!committed_) std::filesystem::remove(temporary_, ignored);
 }
 
+void PendingFile::check() const {
+  if (std::ferror(stream_) != 0) throw WriteError(file_);
+}
+
 void PendingFile::close() {
-  const bool failed = std::ferror(stream_) != 0;
-  const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
-  if (failed || !closed) throw std::runtime_error(file_.string() + ": writing failed: " + std::strerror(errno));
+  check();
+  if (std::fclose(std::exchange(stream_, nullptr)) != 0) throw WriteError(file_);
 }
 
 void PendingFile::commit() {

@@ -3,8 +3,16 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 
 namespace plumb::replay {
+
+/// What was to be kept could not be written. One message, exit code 1.
+class WriteError : public std::runtime_error {
+ public:
+  explicit WriteError(const std::filesystem::path& file)
+      : std::runtime_error(file.string() + ": writing failed; is the disk full?") {}
+};
 
 class PendingFile {
  public:
@@ -17,7 +25,9 @@ class PendingFile {
 
   std::FILE* stream() { return stream_; }
   const std::filesystem::path& temporary_name() const { return temporary_; }
-  /// Flushes and closes. Throws std::runtime_error when anything could not be written (a full disk).
+  /// Throws WriteError when something could not be written so far.
+  void check() const;
+  /// Flushes and closes. Throws WriteError when anything could not be written.
   void close();
   /// Gives the file its name. Precondition: close() was called.
   void commit();

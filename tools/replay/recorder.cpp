@@ -1,7 +1,5 @@
 #include "tools/replay/recorder.h"
 
-#include <stdexcept>
-
 #include "tools/replay/input_error.h"
 
 namespace plumb::replay {
@@ -41,7 +39,7 @@ void Recorder::on_image(const ImageRecord& record) {
 void Recorder::on_health(const HealthRecord& record) { write(channel::kNavHealth, record.t, record); }
 
 void Recorder::commit() {
-  if (!ok(log_->flush())) throw std::runtime_error(file_.string() + ": writing failed; is the disk full?");
+  if (!ok(log_->flush())) throw WriteError(file_);
   log_.reset();
   pending_.commit();
 }
@@ -53,9 +51,7 @@ void Recorder::write(const char* channel, Time t, const Record&... record) {
 }
 
 void Recorder::write_bytes(const char* channel, Time t, MessageBytes message) {
-  if (!ok(log_->write(channel, t, message))) {
-    throw std::runtime_error(file_.string() + ": writing failed; is the disk full?");
-  }
+  if (!ok(log_->write(channel, t, message))) throw WriteError(file_);
 }
 
 }  // namespace plumb::replay

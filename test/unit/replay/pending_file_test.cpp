@@ -46,7 +46,10 @@ TEST(PendingFile, TellsAFullDisk) {
   std::filesystem::create_symlink("/dev/full", folder.path() / "a.txt.partial");
   PendingFile pending(file);
   std::fputs("lost", pending.stream());
-  EXPECT_THROW(pending.close(), std::runtime_error);
+  EXPECT_NO_THROW(pending.check());  // it is still in the buffer
+  std::fflush(pending.stream());
+  EXPECT_THROW(pending.check(), WriteError);
+  EXPECT_THROW(pending.close(), WriteError);
 }
 
 }  // namespace
