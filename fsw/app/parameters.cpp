@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "fsw/base/mission_config.h"
+
 namespace plumb {
 namespace {
 
@@ -60,8 +62,8 @@ constexpr std::array kRows{
                                                   "observations before a track may enter the state"),
     vision<&VisionOptions::max_rejections>("vision.max_rejections", "1", 1, 100,
                                            "consecutive gate failures that evict a SLAM feature"),
-    vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 16, "SLAM features are spread over tiles_x by tiles_y"),
-    vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 16, "SLAM features are spread over tiles_x by tiles_y"),
+    vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
+    vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
 
     range<&RangeOptions::enabled>("range.enabled", "1", 0, 1, "use the range finder"),
     range<&RangeOptions::noise_m>("range.noise", "m", 1e-4, 10.0, "1 sigma of the device"),
@@ -84,14 +86,15 @@ constexpr std::array kRows{
                                            "standard deviation below which the accelerometer is still"),
     start<&StartOptions::still_image_px>("start.still_image", "px", 0.01, 20.0,
                                          "median feature motion below which the image is still"),
-    start<&StartOptions::still_window_s>("start.still_window", "s", 0.05, 10.0, "span of the standstill test"),
-    start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, 10.0,
+    // The estimator keeps the IMU samples of little more than the last two seconds.
+    start<&StartOptions::still_window_s>("start.still_window", "s", 0.05, 2.0, "span of the standstill test"),
+    start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, 2.0,
                                           "shortest span an in-motion start is tried on"),
-    start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, 20.0,
+    start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, 2.0,
                                               "longest span: then it starts with the uncertainty it has"),
 
-    // Limits that depend on each other or on the image stand in TrackerOptions::check.
-    tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, 1000, "live tracks kept at once"),
+    tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, FlightConfig::kMaxTracks,
+                                           "live tracks kept at once"),
     tracker<&TrackerOptions::tile_columns>("tracker.tile_columns", "1", 1, 64, "detection tiles across"),
     tracker<&TrackerOptions::tile_rows>("tracker.tile_rows", "1", 1, 64, "detection tiles down"),
     tracker<&TrackerOptions::min_distance_px>("tracker.min_distance", "px", 0, 200,
@@ -115,9 +118,9 @@ constexpr std::array kRows{
                                                   "tracking back must return this close"),
     tracker<&TrackerOptions::max_residual>("tracker.max_residual", "grey levels", 0.1, 255.0,
                                            "mean absolute difference of the patch"),
-    tracker<&TrackerOptions::min_similarity>("tracker.min_similarity", "1", -1.0, 1.0,
+    tracker<&TrackerOptions::min_similarity>("tracker.min_similarity", "1", 0.01, 0.999,
                                              "correlation with its own patch below which a feature takes a new one"),
-    tracker<&TrackerOptions::max_correction_px>("tracker.max_correction", "px", 0.0, 100.0,
+    tracker<&TrackerOptions::max_correction_px>("tracker.max_correction", "px", 1e-3, 100.0,
                                                 "between flow and patch alignment, above which likewise"),
     tracker<&TrackerOptions::outlier_px>("tracker.outlier", "px", 1e-3, 100.0, "distance to the epipolar line"),
 };
@@ -138,6 +141,16 @@ constexpr ParamTable<Parameters> kTable{kRows};
 }  // namespace
 
 const ParamTable<Parameters>& parameter_table() { return kTable; }
+
+const char* conflict_in(const Parameters& parameters) {
+  const auto& [imu, vision, range, start] = parameters.estimator;
+  if (range.min_range_m >= range.max_range_m) return "range.min_range must be below range.max_range";
+  if (vision.min_depth_m >= vision.max_depth_m) return "vision.min_depth must be below vision.max_depth";
+  if (start.motion_window_s > start.motion_window_max_s) {
+    return "start.motion_window must not be above start.motion_window_max";
+  }
+  return nullptr;
+}
 
 ParamsRecord params_record(const Parameters& parameters, std::string_view configuration) {
   ParamsRecord record;

@@ -17,6 +17,10 @@ struct Parameters {
 /// Name, unit, range, default and meaning of each option.
 const ParamTable<Parameters>& parameter_table();
 
+/// What is wrong with values that each are in range but do not fit each other; null when nothing is. What depends on
+/// the image besides stands in TrackerOptions::check.
+const char* conflict_in(const Parameters& parameters);
+
 /// Every parameter in force, for the log.
 ParamsRecord params_record(const Parameters& parameters, std::string_view configuration);
 

@@ -152,6 +152,7 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
     const char* message;
   };
   const fs::path wrong = results_.write("p.yaml", "range.gate_sigma: 1000\n");
+  const fs::path odd = results_.write("q.yaml", "range.min_range: 50\n");
   const Case cases[] = {
       {"", "either --asl DIR or --log FILE"},
       {asl() + " --log x.lcm", "either --asl DIR or --log FILE"},
@@ -160,6 +161,7 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
       {asl() + " --out ''", "--out: expected a name"},
       {asl() + " --params /nowhere.yaml", "/nowhere.yaml: not found"},
       {asl() + " --params " + quoted(wrong), "1000 refused for range.gate_sigma; expected from 0.1 to 100"},
+      {asl() + " --params " + quoted(odd), "range.min_range must be below range.max_range"},
       {asl() + " --out /dev/null/x", "/dev/null"},
       {asl() + " --record /proc/no_folder/x.lcm", "/proc/no_folder"},
       {asl() + " --lcm nonsense://x", "LCM cannot use 'nonsense://x'"},

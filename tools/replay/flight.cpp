@@ -90,6 +90,7 @@ class Flight {
                        std::to_string(Config::kMaxImageHeight) + ", the largest of configuration '" + Config::kName +
                        "'");
     }
+    if (const char* conflict = conflict_in(session.parameters)) throw InputError(session.source + ": " + conflict);
     if (!ok(TrackerOptions::check(session.parameters.tracker, camera, Config::kMaxTracks))) {
       throw InputError(session.source + ": the tracker.* parameters do not fit each other or the resolution " +
                        std::to_string(camera.width) + " x " + std::to_string(camera.height));

@@ -50,6 +50,21 @@ TEST(Parameters, EveryRowIsFitToPrint) {
   }
 }
 
+TEST(Parameters, ValuesThatDoNotFitEachOtherAreNamed) {
+  EXPECT_EQ(conflict_in(Parameters{}), nullptr);
+  Parameters parameters;
+  parameters.estimator.range.min_range_m = parameters.estimator.range.max_range_m;
+  EXPECT_NE(std::string(conflict_in(parameters)).find("range.min_range"), std::string::npos);
+  parameters = {};
+  parameters.estimator.vision.max_depth_m = 0.5 * parameters.estimator.vision.min_depth_m;
+  EXPECT_NE(std::string(conflict_in(parameters)).find("vision.min_depth"), std::string::npos);
+  parameters = {};
+  parameters.estimator.start.motion_window_s = 1.1 * parameters.estimator.start.motion_window_max_s;
+  EXPECT_NE(std::string(conflict_in(parameters)).find("start.motion_window"), std::string::npos);
+  parameters.estimator.start.motion_window_s = parameters.estimator.start.motion_window_max_s;
+  EXPECT_EQ(conflict_in(parameters), nullptr);
+}
+
 TEST(Parameters, TheRecordHoldsEveryParameterInForce) {
   Parameters parameters;
   parameters.estimator.range.gate_sigma = 4.5;

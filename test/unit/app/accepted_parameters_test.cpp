@@ -1,0 +1,116 @@
+// A parameter file is an input like any other: whatever values are accepted, alone at the ends of their ranges or all
+// at random, nothing in the flight software may take them for a bug, and no state may hold what is not a number. A
+// broken assertion ends this program.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "fsw/app/parameters.h"
+#include "fsw/base/mission_config.h"
+#include "fsw/vision/opencv/opencv_tracker.h"
+#include "test/support/estimator_feed.h"
+#include "test/support/property.h"
+#include "test/unit/vision/painted_scene.h"
+
+namespace plumb {
+namespace {
+
+using Feed = test::EstimatorFeed<Estimator<FlightConfig>>;
+
+bool finite(const NavState& state) {
+  const auto all = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  };
+  return all(state.p_WI_m) && all(state.v_WI_m_s) && all(state.q_WI) && all(state.b_gyro_rad_s) &&
+         all(state.b_accel_m_s2) && all(state.covariance);
+}
+
+/// A flight through every part of the estimator: start in motion, updates with and without range.
+void fly(const EstimatorOptions& options) {
+  static const sim::Scene scene = test::lively_scene(3.0);
+  sim::FlightSettings settings = test::quick_settings(false);
+  settings.image_rate_hz = 15.0;
+  Feed feed(scene, settings);
+  feed.estimator = std::make_unique<Estimator<FlightConfig>>(options, scene.rig.calibration());
+  feed.after_frame = [&feed](Status) {
+    const NavState& state = feed.estimator->state();
+    EXPECT_TRUE(!state.valid || finite(state));
+  };
+  feed.fly_until(3.0);
+}
+
+/// The same for the tracker, on a wall that passes by. False when the options were refused.
+bool track(const TrackerOptions& options) {
+  using TestTracker = OpenCvTracker<FlightConfig::kMaxTracks>;
+  const CameraCalibration lens = test::small_lens();
+  if (!ok(TrackerOptions::check(options, lens, FlightConfig::kMaxTracks))) return false;
+  test::Generator g(test::base_seed());
+  const test::PaintedWall wall(g);
+  const CameraModel camera(lens);
+  TestTracker tracker(lens, options);
+  FeatureFrame<FlightConfig::kMaxTracks> out;
+  for (int i = 0; i < 3; ++i) {
+    test::View view;
+    view.p_WC = Vec3(0.02 * i, 0.0, 0.01 * i);
+    const test::Picture picture = paint(wall, camera, view);
+    const CameraFrame frame{Time::from_ns(1 + 50'000'000LL * i), static_cast<std::uint32_t>(i), picture.view};
+    EXPECT_EQ(tracker.track(frame, MotionPrediction{}, out), Status::kOk);
+    EXPECT_LE(out.observations.size(), static_cast<std::size_t>(options.max_features));
+  }
+  return true;
+}
+
+/// False when the values were refused as a whole.
+bool use(const Parameters& parameters, bool of_tracker) {
+  if (of_tracker) return track(parameters.tracker);
+  if (conflict_in(parameters) != nullptr) return false;
+  fly(parameters.estimator);
+  return true;
+}
+
+TEST(AcceptedParameters, EachAtTheEndsOfItsRangeIsFlown) {
+  for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+    const bool of_tracker = row.name.starts_with("tracker.");
+    for (const double value : {row.min, row.max}) {
+      SCOPED_TRACE(std::string(row.name) + " = " + std::to_string(value));
+      Parameters parameters;
+      ASSERT_EQ(parameter_table().set(parameters, row.name, value).status, Status::kOk);
+      use(parameters, of_tracker);
+    }
+  }
+}
+
+TEST(AcceptedParameters, AllAtOneEndOfTheirRangesAreFlown) {
+  for (const bool top : {false, true}) {
+    SCOPED_TRACE(top);
+    Parameters parameters;
+    for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+      ASSERT_EQ(parameter_table().set(parameters, row.name, top ? row.max : row.min).status, Status::kOk);
+    }
+    EXPECT_TRUE(use(parameters, false));
+  }
+}
+
+TEST(AcceptedParameters, AnyTogetherAreFlown) {
+  int used = 0;
+  test::for_all(80, [&used](test::Generator& g) {
+    Parameters parameters;
+    const bool of_tracker = g.integer(0, 1) == 1;
+    for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+      const double share = g.uniform(0.0, 1.0);
+      double value =
+          row.min > 0.0 ? row.min * std::pow(row.max / row.min, share) : row.min + share * (row.max - row.min);
+      if (row.kind != ParamKind::kReal) value = std::round(value);
+      if (g.integer(0, 2) > 0) value = row.default_value;
+      ASSERT_EQ(parameter_table().set(parameters, row.name, std::clamp(value, row.min, row.max)).status, Status::kOk);
+    }
+    used += use(parameters, of_tracker) ? 1 : 0;
+  });
+  EXPECT_GT(used, 20);
+}
+
+}  // namespace
+}  // namespace plumb
