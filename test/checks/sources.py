@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CPP_FOLDERS = ("fsw", "drivers", "hal", "test", "tools")
-CPP_SUFFIXES = (".h", ".cpp")
+CPP_SUFFIXES = (".h", ".inl", ".cpp")
 
 
 def cpp_files(root: Path, folders: tuple[str, ...] = CPP_FOLDERS) -> list[Path]:

@@ -9,6 +9,7 @@ BREACHES = [
     ("fsw/base/a.h", '#include "fsw/math/so3.h"', "may not include"),
     ("fsw/base/a.h", "#include <Eigen/Core>", "<Eigen/Core>"),
     ("fsw/base/a.h", "#include <vector>", "<vector>"),
+    ("fsw/base/a.inl", "#include <vector>", "<vector>"),
     ("fsw/base/a.h", "  #  include <chrono>", "<chrono>"),
     ("fsw/base/a.h", "#include <unistd.h>", "<unistd.h>"),
     ("fsw/measurement/a.h", '#include "fsw/math/so3.h"', "may not include"),
