@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "fsw/base/hash.h"
 #include "fsw/vision/opencv/opencv_tracker.h"
 #include "tools/replay/heap_counter.h"
 #include "tools/replay/input_error.h"
@@ -15,14 +16,6 @@ namespace plumb::replay {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr std::uint64_t kFnvOffset = 0xcbf29ce484222325U;
-constexpr std::uint64_t kFnvPrime = 0x100000001b3U;
-
-std::uint64_t fnv1a(std::uint64_t hash, std::uint64_t word) {
-  for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((word >> (8 * byte)) & 0xffU)) * kFnvPrime;
-  return hash;
-}
 
 constexpr Duration kMaxTruthDistance = Duration::from_ms(50);  // further away it is the truth of something else
 
@@ -45,7 +38,6 @@ class Flight {
  public:
   Flight(const Session& session, const FlightOptions& options)
       : tracker_(make_tracker(session)), system_(make_system(session, tracker_, meter_)) {
-    totals_.run_hash = kFnvOffset;
     if (options.start_from_truth) system_.start_from(truth_at_first_image(session));
   }
 
@@ -71,6 +63,7 @@ class Flight {
 
   FlightTotals totals() const {
     FlightTotals totals = totals_;
+    totals.run_hash = run_hash_.value();
     totals.estimator = system_.estimator().counters();
     totals.system = system_.counters();
     totals.predictor = system_.predictor().counters();
@@ -118,8 +111,8 @@ class Flight {
       ++totals_.images_valid;
       if (totals_.t_first_valid == Time::never()) totals_.t_first_valid = record.nav.t_image;
     }
-    totals_.run_hash = fnv1a(totals_.run_hash, static_cast<std::uint64_t>(record.nav.t_image.ns()));
-    totals_.run_hash = fnv1a(totals_.run_hash, record.nav.state_hash);
+    run_hash_.add(static_cast<std::uint64_t>(record.nav.t_image.ns()));
+    run_hash_.add(record.nav.state_hash);
     totals_.front_end_ms.push_back(static_cast<double>(meter_.cost(Stage::kFrontEnd).cpu_ns) * 1e-6);
     totals_.filter_ms.push_back(static_cast<double>(meter_.filter().cpu_ns) * 1e-6);
     totals_.front_end_heap_calls += meter_.cost(Stage::kFrontEnd).heap_calls;
@@ -145,6 +138,7 @@ class Flight {
   ImageTracker& tracker_;
   NavSystem<Config>& system_;
   FlightTotals totals_;
+  Hash64 run_hash_;
 };
 
 void give_up_if_asked(const FlightOptions& options) {

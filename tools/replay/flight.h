@@ -42,7 +42,7 @@ struct FlightTotals {
   std::uint64_t images_valid = 0;
   Time t_first_valid = Time::never();
   std::uint64_t predicted = 0;
-  std::uint64_t run_hash = 0;        ///< FNV-1a over image times and state hashes
+  std::uint64_t run_hash = 0;        ///< over image times and state hashes, in order
   std::vector<double> front_end_ms;  ///< CPU time, one per processed image
   std::vector<double> filter_ms;
   std::uint64_t filter_heap_calls = 0;  ///< inside the estimator's stages
