@@ -54,12 +54,12 @@ void declare_campaign(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--first-seed", campaign.first_seed, "seed of the first flight")->capture_default_str();
   app.add_option("--jobs", campaign.jobs, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  app.add_option("--config", campaign.mission, "compile-time configuration: flight or paper")
+  app.add_option("--config", campaign.mission, "compile-time configuration")
       ->transform(CLI::CheckedTransformer(missions, CLI::ignore_case))
-      ->default_str("flight");
+      ->option_text("flight|paper [flight]");
   app.add_option("--tuning", campaign.tuning, "matched: the filter is told the simulated noise; shipped: its defaults")
       ->transform(CLI::CheckedTransformer(tunings, CLI::ignore_case))
-      ->default_str("matched");
+      ->option_text("matched|shipped [matched]");
   app.add_flag("--no-range", arguments.no_range, "fly without the range finder only");
   app.add_flag("--no-vio", arguments.no_vio, "fly with the range finder only");
   app.add_option("--csv", arguments.csv, "also write one row per flight to this file");
