@@ -2,6 +2,8 @@
 // Feeds an estimator with a simulated flight sample by sample, so that a test can lose, repeat, spoil or delay any of
 // them.
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -104,6 +106,14 @@ inline sim::FlightSettings quick_settings(bool start_from_truth) {
   settings.tracker.target_tracks = 60;
   settings.start_from_truth = start_from_truth;
   return settings;
+}
+
+inline bool all_finite(const NavState& state) {
+  const auto all = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  };
+  return all(state.p_WI_m) && all(state.v_WI_m_s) && all(state.q_WI) && all(state.b_gyro_rad_s) &&
+         all(state.b_accel_m_s2) && all(state.covariance);
 }
 
 inline double position_error(const NavState& state, const sim::TruthState& truth) {

@@ -20,14 +20,6 @@ namespace {
 
 using Feed = test::EstimatorFeed<Estimator<FlightConfig>>;
 
-bool finite(const NavState& state) {
-  const auto all = [](const auto& values) {
-    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-  };
-  return all(state.p_WI_m) && all(state.v_WI_m_s) && all(state.q_WI) && all(state.b_gyro_rad_s) &&
-         all(state.b_accel_m_s2) && all(state.covariance);
-}
-
 /// A flight through every part of the estimator: start in motion, updates with and without range.
 void fly(const EstimatorOptions& options) {
   static const sim::Scene scene = test::lively_scene(3.0);
@@ -37,7 +29,7 @@ void fly(const EstimatorOptions& options) {
   feed.estimator = std::make_unique<Estimator<FlightConfig>>(options, scene.rig.calibration());
   feed.after_frame = [&feed](Status) {
     const NavState& state = feed.estimator->state();
-    EXPECT_TRUE(!state.valid || finite(state));
+    EXPECT_TRUE(!state.valid || test::all_finite(state));
   };
   feed.fly_until(3.0);
 }

@@ -16,16 +16,6 @@ using Feed = test::EstimatorFeed<Estimator<PaperConfig>>;
 
 double seconds(Time t) { return (t - sim::flight_epoch()).seconds(); }
 
-bool finite(const NavState& s) {
-  bool all = true;
-  for (int k = 0; k < 3; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    all = all && std::isfinite(s.p_WI_m[i]) && std::isfinite(s.v_WI_m_s[i]) && std::isfinite(s.q_WI[i]);
-  }
-  for (const double c : s.covariance) all = all && std::isfinite(c);
-  return all;
-}
-
 TEST(EstimatorRecovery, AGapInTheImuStartsItAnew) {
   Feed feed(test::lively_scene(7.0), test::quick_settings(true));
   feed.on_imu = [](ImuSample& s) { return seconds(s.t) < 2.0 || seconds(s.t) > 2.2; };
@@ -65,7 +55,7 @@ TEST(EstimatorRecovery, SecondsWithoutFeaturesAreFlownThrough) {
   EXPECT_EQ(feed.estimator->state().mode, NavMode::kInertial);
   feed.fly_until(7.0);
   EXPECT_TRUE(feed.estimator->state().valid);
-  EXPECT_TRUE(finite(feed.estimator->state()));
+  EXPECT_TRUE(test::all_finite(feed.estimator->state()));
   EXPECT_NE(feed.estimator->state().mode, NavMode::kInertial);
   EXPECT_EQ(feed.estimator->counters().resets, 0U);
   EXPECT_LT(test::position_error(feed.estimator->state(), feed.truth()), 2.0);
@@ -110,7 +100,7 @@ TEST(EstimatorRecovery, ANumericalFaultIsCountedAndStartsItAnew) {
     Status first = Status::kOk;
     feed.after_frame = [&](Status status) {
       if (feed.estimator->counters().frames == 1) first = status;
-      EXPECT_TRUE(!feed.estimator->state().valid || finite(feed.estimator->state()));
+      EXPECT_TRUE(!feed.estimator->state().valid || test::all_finite(feed.estimator->state()));
     };
     feed.fly_until(0.1);
     EXPECT_EQ(first, Status::kNumericalFault);

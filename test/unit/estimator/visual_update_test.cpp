@@ -262,9 +262,9 @@ TEST(VisualUpdate, AnUnsoundCovarianceIsReported) {
     c.fill(g, 3, 2, 1);
     c.append_frames();
     test::store(Dense::Constant(index(c.state->size()), index(c.state->size()), NAN), c.state->covariance());
-    const Status status = c.run();
-    EXPECT_TRUE(status == Status::kNumericalFault || !c.state->healthy());
+    static_cast<void>(c.run());
     EXPECT_EQ(c.report.slam_used + c.report.msckf_used, 0U);
+    EXPECT_FALSE(c.state->healthy());  // nothing has covered it up
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "test/support/property.h"
 
@@ -209,7 +210,7 @@ TEST(Strapdown, TheQuaternionStaysUnit) {
 // angle. The rate is linear between samples, and its exact integral is had from steps fifty times as fine.
 TEST(Strapdown, FollowsConing) {
   constexpr double kPeriod_s = 0.004;
-  constexpr double kCone = 2.0 * 3.14159265358979323846 * 8.0;  // rad/s
+  constexpr double kCone = 2.0 * std::numbers::pi * 8.0;  // rad/s
   const auto rates = [](double t) {
     return InertialRates{Vec3(3.0 * std::cos(kCone * t), 3.0 * std::sin(kCone * t), 0.0), Vec3(0.0, 0.0, kGravity)};
   };
