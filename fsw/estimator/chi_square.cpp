@@ -1,13 +1,14 @@
 #include "fsw/estimator/chi_square.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "fsw/base/assert.h"
 
 namespace plumb {
 namespace {
 constexpr int kBisections = 80;  // halves an interval of a few hundred below one double ulp
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 }  // namespace
 
 double chi_square_cdf(double x, std::size_t dof) {

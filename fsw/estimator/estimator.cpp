@@ -46,6 +46,7 @@ void Estimator<Config>::reset() {
   standing_ = false;
   last_visual_t_ = Time::never();
   last_range_t_ = Time::never();
+  last_range_sample_t_ = Time::never();
   last_range_depth_m_ = 0.0;
   const std::uint32_t resets = nav_.reset_count + 1;
   nav_ = {};
@@ -72,6 +73,8 @@ Status Estimator<Config>::add_imu(const ImuSample& sample) {
     ++counters_.imu_gaps;
     imu_.clear();
     static_cast<void>(imu_.push(sample));
+    image_stillness_.clear();
+    start_window_.clear();
     if (initialised_) reset();
   }
   return Status::kOk;
@@ -132,7 +135,7 @@ Status Estimator<Config>::process(const Frame& frame) {
   }
   const Time window_start = frame.t - Duration::from_seconds(options_.start.still_window_s);
   const ImageEvidence image = image_stillness_.update(frame);
-  standing_ = image.still && imu_is_still(imu_, window_start, frame.t, options_.start, options_.imu.gravity_m_s2);
+  standing_ = image.still && imu_is_still(imu_, window_start, frame.t, options_);
   max_flow_per_s_ = image.max_flow_per_s;
 
   Status status = initialised_ ? fuse_image(frame) : start(frame);

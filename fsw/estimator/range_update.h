@@ -2,6 +2,7 @@
 // One range into the filter, at its own time: the facet under the beam, the checks, the gate, the one-row update.
 
 #include <algorithm>
+#include <numbers>
 
 #include "fsw/estimator/facet_relief.h"
 #include "fsw/estimator/range_model.h"
@@ -79,7 +80,7 @@ void RangeUpdate<Config>::gather(const FilterState<Config>& state, const CameraP
     const SlamFeature& feature = state.features[i];
     const double rho = feature.parameters.z();
     const double sigma = std::sqrt(p(Layout::feature(i) + 2, Layout::feature(i) + 2));
-    if (!(rho > 0.0) || sigma > kMaxDepthUncertainty * rho) continue;
+    if (!(rho > 0.0) || !(sigma <= kMaxDepthUncertainty * rho)) continue;
     VisualPrediction seen;
     if (!ok(predict_feature(camera, state.pose(feature.anchor_slot).camera, feature.parameters, seen))) continue;
     seen_.add(seen.z, rho / seen.depth_times_rho, i);
@@ -108,7 +109,7 @@ template <class Config>
 RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
                                           const CameraPose& camera, const Target& target, double range_m,
                                           FrameReport& report) const {
-  constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   const Vertices& vertices = target.vertices;
   Facet facet;
   for (std::size_t j = 0; j < 3; ++j) {

@@ -31,11 +31,18 @@ class StartWindow {
   Result<StartSolution> try_start(const Frame& frame, const ImuBuffer& imu, const PendingRanges& ranges);
 
  private:
+  static constexpr std::size_t kMinRanges = 3;
+  /// Without ranges: at constant velocity the fit's own sigma cannot be believed.
+  static constexpr double kMinExcitation_m_s2 = 0.3;
+
   void pose_problem(const PendingRanges& ranges);
   void add_features(const FixedVector<std::size_t, kMaxStartImages>& chosen);
   StartFeature history(std::uint32_t track_id, const FixedVector<std::size_t, kMaxStartImages>& chosen) const;
-  /// Whether velocity, and with it scale, can be believed already, or a longer window should be waited for.
-  bool scale_is_known(const StartSolution& solution, const ImuBuffer& imu) const;
+  /// Whether velocity, and with it scale, can be believed. `waited`: the window will not grow any longer.
+  bool scale_is_known(const StartSolution& solution, bool excited, bool waited) const;
+  /// How much the acceleration changes over the window, m/s^2: what scale can be told from without ranges. Taken from
+  /// averages between images, which are blind to vibration.
+  double excitation_m_s2(const ImuBuffer& imu) const;
 
   EstimatorOptions options_;
   MotionStart motion_start_;
@@ -57,24 +64,44 @@ Result<StartSolution> StartWindow<MaxTracks>::try_start(const Frame& frame, cons
   if (span_s < options_.start.motion_window_s || frames_.size() < 3) return Status::kNotReady;
 
   pose_problem(ranges);
+  const bool excited = excitation_m_s2(imu) > kMinExcitation_m_s2;
+  if (!excited && problem_.ranges.size() < kMinRanges) return Status::kNotReady;
   const Result<StartSolution> solution = motion_start_.solve(problem_, imu);
   if (!solution) return Status::kNotReady;
   const bool waited = frames_.full() || span_s > 0.9 * options_.start.motion_window_max_s;
-  if (!waited && !scale_is_known(*solution, imu)) return Status::kNotReady;
+  if (!scale_is_known(*solution, excited, waited)) return Status::kNotReady;
   return solution;
 }
 
 template <std::size_t MaxTracks>
-bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, const ImuBuffer& imu) const {
+bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, bool excited, bool waited) const {
   constexpr double kKnownVelocity = 0.15;      // of the speed, 1 sigma: below it there is no point in waiting
   constexpr double kKnownSlowVelocity = 0.05;  // m/s
-  constexpr std::size_t kMinRanges = 3;
-  constexpr double kMinExcitation = 0.3;  // m/s^2: at constant velocity the fit's own sigma cannot be believed
   const double speed = solution.core.motion.v_WI_m_s.norm();
   const bool precise = solution.velocity_sigma_m_s < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
   const bool ranged = solution.ranges_fitting >= kMinRanges && 2 * solution.ranges_fitting > problem_.ranges.size();
-  const double excitation = imu.statistics(frames_.front().t, frames_.back().t).accel_deviation_m_s2;
-  return precise && (ranged || excitation > kMinExcitation);
+  // Ranges give the scale at any velocity; with them a long window may start with the uncertainty it has.
+  return ranged ? precise || waited : precise && excited;
+}
+
+template <std::size_t MaxTracks>
+double StartWindow<MaxTracks>::excitation_m_s2(const ImuBuffer& imu) const {
+  KinematicState s;  // from rest and without gravity: the specific force, integrated in the frame of the first image
+  Vec3 sum = Vec3::Zero();
+  double squares = 0.0;
+  for (std::size_t i = 0; i + 1 < problem_.images.size(); ++i) {
+    const Vec3 before = s.v_WI_m_s;
+    const Time from = problem_.images[i];
+    const Time to = problem_.images[i + 1];
+    imu.for_each_interval(from, to, [&s](const InertialRates& a, const InertialRates& b, double dt) {
+      strapdown_step(s, a, b, dt, 0.0);
+    });
+    const Vec3 mean = (s.v_WI_m_s - before) / (to - from).seconds();
+    sum += mean;
+    squares += mean.squaredNorm();
+  }
+  const auto count = static_cast<double>(problem_.images.size() - 1);
+  return std::sqrt(std::max(squares / count - (sum / count).squaredNorm(), 0.0));
 }
 
 template <std::size_t MaxTracks>

@@ -33,11 +33,18 @@ bool fit(const Displacement* d, std::size_t count, const Affine& previous, doubl
 
 }  // namespace
 
-bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& options, double gravity_m_s2) {
+bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const EstimatorOptions& options) {
   if (!imu.spans(from, to)) return false;
   const ImuStatistics s = imu.statistics(from, to);
-  return s.count >= kMinSamples && s.gyro_deviation_rad_s < options.still_gyro_rad_s &&
-         s.accel_deviation_m_s2 < options.still_accel_m_s2 && s.mean_gyro_rad_s.norm() < kMaxTurnRate &&
+  if (s.count < kMinSamples) return false;
+  const double root_rate = std::sqrt(static_cast<double>(s.count) / (to - from).seconds());
+  const auto limit = [root_rate](double still, double noise_density) {  // the noise of three axes adds to the motion
+    return std::hypot(still, std::sqrt(3.0) * noise_density * root_rate);
+  };
+  const double gravity_m_s2 = options.imu.gravity_m_s2;
+  return s.gyro_deviation_rad_s < limit(options.start.still_gyro_rad_s, options.imu.gyro_noise_density) &&
+         s.accel_deviation_m_s2 < limit(options.start.still_accel_m_s2, options.imu.accel_noise_density) &&
+         s.mean_gyro_rad_s.norm() < kMaxTurnRate &&
          std::abs(s.mean_accel_m_s2.norm() - gravity_m_s2) < kMaxGravityError * gravity_m_s2;
 }
 

@@ -3,6 +3,7 @@
 // IMU, a hover over far ground to the camera.
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "fsw/estimator/imu_buffer.h"
@@ -11,8 +12,8 @@
 
 namespace plumb {
 
-/// True when the IMU shows neither rotation nor acceleration beyond noise over [from, to].
-bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const StartOptions& options, double gravity_m_s2);
+/// True when the IMU shows neither rotation nor acceleration beyond its noise over [from, to].
+bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const EstimatorOptions& options);
 
 /// One feature in two images, normalised image plane.
 struct Displacement {

@@ -22,6 +22,7 @@ using Frame = FeatureFrame<kTracks>;
 struct Flight {
   std::function<Vec3(double)> position;
   Vec3 acceleration = Vec3::Zero();
+  double ground_half_m = 3.0;  ///< half the side of the square of ground that features lie on
 };
 
 ImuSample imu_at(const Flight& flight, double t_s, test::Generator& g) {
@@ -38,7 +39,7 @@ Frame frame_at(const Flight& flight, double t_s, double noise_px, test::Generato
   const Vec3 p = flight.position(t_s);
   test::Generator layout(99);  // the same points on the ground for every frame
   for (std::uint32_t id = 0; id < kTracks; ++id) {
-    const Vec2 point(layout.uniform(-3.0, 3.0), layout.uniform(-3.0, 3.0));
+    const Vec2 point = flight.ground_half_m * Vec2(layout.uniform(-1.0, 1.0), layout.uniform(-1.0, 1.0));
     FeatureObservation o;
     o.track_id = id;
     o.x = (point.x() - p.x()) / p.z() + g.normal(noise_px / kFocal_px);
@@ -65,9 +66,9 @@ struct Verdict {
 };
 
 Verdict judge(const Flight& flight, double length_s, double noise_px, test::Generator& g) {
-  const StartOptions options;
+  const EstimatorOptions options;
   const auto imu = std::make_unique<ImuBuffer>();
-  ImageStillness<kTracks> images(options, lens());
+  ImageStillness<kTracks> images(options.start, lens());
   Verdict v;
   int samples = 0;
   for (int k = 1; k < static_cast<int>(length_s * kImageRate_Hz); ++k) {
@@ -78,7 +79,7 @@ Verdict judge(const Flight& flight, double length_s, double noise_px, test::Gene
     const Frame frame = frame_at(flight, t_s, noise_px, g);
     const bool image = images.update(frame).still;
     const bool inertial =
-        imu_is_still(*imu, frame.t - Duration::from_seconds(options.still_window_s), frame.t, options, kGravity);
+        imu_is_still(*imu, frame.t - Duration::from_seconds(options.start.still_window_s), frame.t, options);
     v.ever_imu |= inertial;
     v.ever_image |= image;
     v.ever_both |= inertial && image;
@@ -90,7 +91,7 @@ Verdict judge(const Flight& flight, double length_s, double noise_px, test::Gene
 TEST(Stillness, StandingStillIsSeen) {
   test::for_all(10, [](test::Generator& g) {
     const double height = g.uniform(0.3, 20.0);
-    const Flight flight{[height](double) { return Vec3(0.0, 0.0, height); }};
+    const Flight flight{[height](double) { return Vec3(0.0, 0.0, height); }, Vec3::Zero(), 0.7 * height};
     EXPECT_TRUE(judge(flight, 5.0, 0.5, g).both_at_the_end);
   });
 }
@@ -127,7 +128,7 @@ TEST(Stillness, AConstantAccelerationIsNotStanding) {
 
 TEST(Stillness, TurningAndShakingAreNotStillToTheImu) {
   test::for_all(20, [](test::Generator& g) {
-    const StartOptions options;
+    const EstimatorOptions options;
     const bool turning = g.integer(0, 1) == 0;
     const Vec3 axis = g.direction();
     const auto imu = std::make_unique<ImuBuffer>();
@@ -141,13 +142,13 @@ TEST(Stillness, TurningAndShakingAreNotStillToTheImu) {
           Vec3(0.0, 0.0, kGravity) + (turning ? Vec3::Zero() : Vec3(0.5 * shake * axis));
       ASSERT_EQ(imu->push(s), Status::kOk);
     }
-    EXPECT_FALSE(imu_is_still(*imu, Time::from_seconds(0.4), Time::from_seconds(0.9), options, kGravity));
+    EXPECT_FALSE(imu_is_still(*imu, Time::from_seconds(0.4), Time::from_seconds(0.9), options));
   });
 }
 
 TEST(Stillness, WithoutSamplesNothingIsStill) {
   const auto imu = std::make_unique<ImuBuffer>();
-  EXPECT_FALSE(imu_is_still(*imu, Time::from_seconds(0.0), Time::from_seconds(0.5), StartOptions{}, kGravity));
+  EXPECT_FALSE(imu_is_still(*imu, Time::from_seconds(0.0), Time::from_seconds(0.5), EstimatorOptions{}));
 }
 
 TEST(Stillness, ImagesNeedAWindowAndFeatures) {
@@ -189,7 +190,9 @@ TEST(Stillness, SmoothFlowIsTheSizeOfTheField) {
     EXPECT_NEAR(smooth_flow_rms(d.data(), d.size(), half), rms, 1e-4 * rms);
     d[7].by += Vec2(0.5, 0.0);
     d[21].by += Vec2(0.0, -0.5);
-    if (spread > 0.7) EXPECT_NEAR(smooth_flow_rms(d.data(), d.size(), half), rms, 0.1 * rms);
+    if (spread > 0.7) {
+      EXPECT_NEAR(smooth_flow_rms(d.data(), d.size(), half), rms, 0.1 * rms);
+    }
   });
 }
 
