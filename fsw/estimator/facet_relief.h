@@ -1,8 +1,8 @@
 #pragma once
 // How well a facet stands for the ground under the beam. The paper takes the ground for flat between three features.
-// Over steps it is not, and the error is not noise: it repeats as long as the same features carry the facet, so that a
-// hundred ranges on one facet say hardly more than the first. What the features around the facet tell about the ground
-// goes into the noise of the range, and what repeats is counted once.
+// Over steps it is not, and the error is not noise: it repeats from range to range until the beam is a facet further,
+// so that a hundred ranges on one facet say hardly more than the first. What the features around the facet tell about
+// the ground goes into the noise of the range, and what repeats is counted once.
 
 #include <algorithm>
 #include <array>
@@ -112,37 +112,28 @@ class FacetPlane {
   Mat3 barycentric_;  ///< of homogeneous image points
 };
 
-/// Counts how often the same features have carried the facet.
+/// Remembers where the last range that was used hit the ground: the error of a facet stays while the beam stays, and is
+/// another one a facet further.
 class FacetRepeats {
  public:
-  using TrackIds = std::array<std::uint32_t, 3>;
-
   void clear() { *this = {}; }
-  void used(const TrackIds& ids) {
-    count_ = count_after(ids);
-    last_ = ids;
+  void used(const Vec3& impact_W_m) {
+    last_W_m_ = impact_W_m;
+    any_ = true;
   }
 
-  /// Variance, m^2, of the white noise a range must carry so that the k-th on a facet adds just what it is worth: of k
-  /// ranges with device noise r each and one error s^2 in common the information is k / (r + k s^2), and this is one
-  /// over its growth at k.
-  double variance(const TrackIds& ids, double noise_m, double relief_m) const {
-    const double r = noise_m * noise_m;
-    const double s2 = relief_m * relief_m;
-    const double k = count_after(ids);
-    return (r + k * s2) * (r + (k - 1.0) * s2) / r;
+  /// Variance, m^2, of the white noise that carries as much information, range after range, as device noise r and an
+  /// error of variance s^2 of which each range shares the part c with the last: r + s^2 (1 + c) / (1 - c).
+  /// `facet_size_m`: how far apart the features are on the ground.
+  double variance(const Vec3& impact_W_m, double facet_size_m, double noise_m, double relief_m) const {
+    constexpr double kMostShared = 0.9999;  // of the error, when the beam stands still
+    const double shared = any_ ? std::min(std::exp(-(impact_W_m - last_W_m_).norm() / facet_size_m), kMostShared) : 0.0;
+    return noise_m * noise_m + relief_m * relief_m * (1.0 + shared) / (1.0 - shared);
   }
 
  private:
-  /// A facet that shares a vertex with the last one has a third of its error.
-  double count_after(const TrackIds& ids) const {
-    const auto in_last = [this](std::uint32_t id) { return std::find(last_.begin(), last_.end(), id) != last_.end(); };
-    const auto shared = static_cast<double>(std::count_if(ids.begin(), ids.end(), in_last));
-    return count_ * shared / 3.0 + 1.0;
-  }
-
-  TrackIds last_{};
-  double count_ = 0.0;
+  Vec3 last_W_m_ = Vec3::Zero();
+  bool any_ = false;
 };
 
 }  // namespace plumb

@@ -37,11 +37,13 @@ class RangeUpdate {
   /// The facet that was hit.
   struct Target {
     Vertices vertices{};
+    Vec3 impact_W_m = Vec3::Zero();
+    double size_m = 0.0;    ///< mean edge of the facet, on the ground
     double relief_m = 0.0;  ///< of the ground about it, along the beam, 1 sigma
   };
 
   void gather(const FilterState<Config>& state, const CameraPose& camera);
-  Result<Target> facet_under_beam(const FilterState<Config>& state, double range_m);
+  Result<Target> facet_under_beam(const FilterState<Config>& state, const CameraPose& camera, double range_m);
   RangeOutcome add_row(const FilterState<Config>& state, UpdateStack<Config>& stack, const CameraPose& camera,
                        const Target& target, double range_m, FrameReport& report) const;
 
@@ -58,7 +60,7 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
   const CameraPose camera = camera_of(state.core);
   report.range_measured_m = range_m;
   gather(state, camera);
-  const Result<Target> target = facet_under_beam(state, range_m);
+  const Result<Target> target = facet_under_beam(state, camera, range_m);
   if (!target) {
     report.range_outcome = target.status() == Status::kRejected ? RangeOutcome::kBadGeometry : RangeOutcome::kNoFacet;
     return Status::kOk;
@@ -67,7 +69,7 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
   stack.begin(state);
   report.range_outcome = add_row(state, stack, camera, *target, range_m, report);
   if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
-  repeats_.used(report.range_facet);
+  repeats_.used(target->impact_W_m);
   ++report.ranges_used;
   return stack.apply(state);
 }
@@ -89,6 +91,7 @@ void RangeUpdate<Config>::gather(const FilterState<Config>& state, const CameraP
 
 template <class Config>
 Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
+                                                                                   const CameraPose& camera,
                                                                                    double range_m) {
   const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
   if (!(impact_C.z() > 0.0)) return Status::kRejected;
@@ -96,9 +99,11 @@ Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_be
   const Result<FacetChoice> facet = find_facet({seen_.points.data(), seen_.points.size()}, query);
   if (!facet) return facet.status();
   Target target;
+  target.impact_W_m = camera.p_WC_m + camera.R_WC * impact_C;
   for (std::size_t j = 0; j < 3; ++j) {
     const Vec2 edge = seen_.points[facet->vertices[j]] - seen_.points[facet->vertices[(j + 1) % 3]];
     if (edge.norm() > options_.max_facet_edge) return Status::kRejected;
+    target.size_m += edge.norm() * impact_C.z() / 3.0;
     target.vertices[j] = seen_.feature[facet->vertices[j]];
   }
   target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m);
@@ -124,7 +129,8 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
-  const double sigma = std::sqrt(repeats_.variance(report.range_facet, options_.noise_m, target.relief_m));
+  const double sigma =
+      std::sqrt(repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;

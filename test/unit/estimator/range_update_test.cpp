@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include "test/support/estimator_cases.h"
@@ -176,6 +179,52 @@ TEST(RangeUpdate, TheGateIsWhereItIsSaidToBe) {
     }
     EXPECT_NEAR(inside, c.options.gate_sigma * c.report.range_sigma_m, 1e-6);
   });
+}
+
+// A range on the same spot says nothing about the ground that the last one did not; one far away is the first again.
+TEST(FacetRepeats, AnErrorThatRepeatsCountsOnce) {
+  constexpr double kNoise_m = 0.03;
+  constexpr double kRelief_m = 0.5;
+  constexpr double kFacet_m = 3.0;
+  const double once = kNoise_m * kNoise_m + kRelief_m * kRelief_m;
+  const Vec3 here(1.0, -2.0, 0.3);
+  FacetRepeats repeats;
+  EXPECT_DOUBLE_EQ(repeats.variance(here, kFacet_m, kNoise_m, kRelief_m), once);
+  repeats.used(here);
+  EXPECT_GT(repeats.variance(here, kFacet_m, kNoise_m, kRelief_m), 1000.0 * once);
+  EXPECT_DOUBLE_EQ(repeats.variance(here, kFacet_m, kNoise_m, 0.0), kNoise_m * kNoise_m);
+  double last = std::numeric_limits<double>::infinity();
+  for (double away_m = 0.1; away_m < 100.0; away_m *= 2.0) {
+    const double variance = repeats.variance(here + Vec3(0.0, away_m, 0.0), kFacet_m, kNoise_m, kRelief_m);
+    EXPECT_LT(variance, last);
+    last = variance;
+  }
+  EXPECT_NEAR(last, once, 1e-6);
+  repeats.clear();
+  EXPECT_DOUBLE_EQ(repeats.variance(here, kFacet_m, kNoise_m, kRelief_m), once);
+}
+
+// What the law says of information: ranges a step apart along the ground, with an error of first order, tell as much of
+// a constant as independent ones of this variance.
+TEST(FacetRepeats, CarriesTheInformationOfCorrelatedRanges) {
+  constexpr double kRelief_m = 0.5;
+  constexpr double kNoise_m = 0.01;
+  constexpr double kFacet_m = 2.0;
+  constexpr double kStep_m = 0.1;
+  constexpr Eigen::Index kRanges = 800;
+  Eigen::MatrixXd covariance(kRanges, kRanges);
+  for (Eigen::Index i = 0; i < kRanges; ++i) {
+    for (Eigen::Index j = 0; j < kRanges; ++j) {
+      const double apart_m = kStep_m * static_cast<double>(std::abs(i - j));
+      covariance(i, j) = kRelief_m * kRelief_m * std::exp(-apart_m / kFacet_m) + (i == j ? kNoise_m * kNoise_m : 0.0);
+    }
+  }
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(kRanges);
+  const double information = ones.dot(covariance.llt().solve(ones));
+  FacetRepeats repeats;
+  repeats.used(Vec3::Zero());
+  const double white = repeats.variance(Vec3(kStep_m, 0.0, 0.0), kFacet_m, kNoise_m, kRelief_m);
+  EXPECT_NEAR(static_cast<double>(kRanges) / white, information, 0.1 * information);
 }
 
 }  // namespace
