@@ -87,8 +87,8 @@ def _ratio(values: Sequence[float | None]) -> str:
     if max(factor, 1.0 / factor) < EQUAL_BELOW:
         return "<p>like VIO</p>"
     if factor > 1.0:
-        return f"<p class='better'>{factor:.1f} &times; better than VIO</p>"
-    return f"<p>{1.0 / factor:.1f} &times; worse than VIO</p>"
+        return f"<p class='better'>{_number(factor, 2, '')} &times; better than VIO</p>"
+    return f"<p>{_number(1.0 / factor, 2, '')} &times; worse than VIO</p>"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
