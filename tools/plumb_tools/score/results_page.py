@@ -23,14 +23,15 @@ from plumb_tools.demo.results import (
 INTRODUCTION = """\
 # Results
 
-Scenes of `tools/scenes`, each simulated with several seeds: the same scene with other noise, biases and clocks. Each
-flight is flown twice by the same flight software with the same settings; VIO only leaves the range finder out. The
-images are rendered, and the whole front end works on them.
+Scenes of `tools/scenes`, each simulated with several seeds: the same scene with other noise, biases, clocks and
+gusts. Each flight is flown twice by the same flight software with the same settings; VIO only leaves the range finder
+out. The images are rendered, and the whole front end works on them.
 
 Errors per axis are those after alignment in position and heading at the first pose, in percent of the distance
 travelled; ATE is the root mean square position error after alignment in position and heading over the flight. NEES is
 the mean over a flight, ideally 3. Entries are the mean over the seeds and, in brackets, the worst; of signed figures
-the size counts. CPU time is that of one image, front end included."""
+the size counts. CPU time is that of one image, front end included; the real-time factor is by the clock on the wall, with
+reading of files, and falls with whatever else the machine does."""
 
 LINE_WIDTH = 120
 
