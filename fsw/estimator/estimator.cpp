@@ -355,13 +355,14 @@ template <class Config>
 Status Estimator<Config>::start_in_motion(const Frame& frame) {
   const Result<StartSolution> solution = start_window_.try_start(frame, imu_, ranges_);
   if (!solution) return Status::kNotReady;
-  begin_filter(start_window_.frames().front().t, solution->core, solution->prior);
-  Status status = Status::kOk;
-  for (std::size_t i = 0; i < start_window_.frames().size() && ok(status); ++i) {
-    status = fuse_image(start_window_.frames()[i]);
+  begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
+  propagate_to(frame.t);
+  while (!ranges_.empty() && ranges_.front().t < frame.t) {  // the solution has them in it, as it has the images
+    ranges_.erase(0);
+    count_range(counters_, RangeOutcome::kUsed);
   }
   start_window_.clear();
-  return status;
+  return fuse_image(frame);
 }
 
 template <class Config>

@@ -24,7 +24,6 @@ constexpr double kTiltPrior = 0.5;             // rad
 constexpr double kDepthPrior = 2.0;            // of the first guess, 1 sigma: keeps an unobserved scale where it is
 constexpr double kRelativeNearestError = 0.3;  // the same for the nearest feature, where no facet is hit
 constexpr double kPinned = 1e-6;               // yaw and position define the world frame
-constexpr double kPriorWeight = 1.0 / 9.0;     // of the window in the filter's prior: three sigma for one
 constexpr double kMaxDamping = 1e8;
 
 /// Huber weight of a residual of whitened length r.
@@ -109,13 +108,8 @@ Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuB
   if (!std::isfinite(cost) || 4 * inside < 3 * features || !(out.rms_px < kMaxRmsPx)) return Status::kRejected;
   out.core = estimate.core;
   out.ranges_fitting = ranges_fitting_;
-  Mat15 posterior;
-  if (!core_covariance(unknowns, posterior)) return Status::kNumericalFault;
-  out.velocity_sigma_m_s = std::sqrt(posterior.diagonal().segment<3>(static_cast<Eigen::Index>(kXiV)).sum());
-  measurement_weight_ = kPriorWeight;
-  linearise(problem, imu, estimate);
-  measurement_weight_ = 1.0;
-  if (!core_covariance(unknowns, out.prior)) return Status::kNumericalFault;
+  if (!core_covariance(unknowns, out.covariance)) return Status::kNumericalFault;
+  out.velocity_sigma_m_s = std::sqrt(out.covariance.diagonal().segment<3>(static_cast<Eigen::Index>(kXiV)).sum());
   return out;
 }
 
@@ -253,7 +247,6 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
 void MotionStart::add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
                           std::span<const double> by_depth, double residual, double weight) {
   MatrixView a = a_.view();
-  weight *= measurement_weight_;
   for (std::size_t r = 0; r < kCoreSize; ++r) {
     const double wr = weight * by_core(static_cast<Eigen::Index>(r));
     for (std::size_t c = 0; c <= r; ++c) a(r, c) += wr * by_core(static_cast<Eigen::Index>(c));

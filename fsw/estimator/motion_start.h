@@ -3,10 +3,10 @@
 //
 // Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the
 // 15 core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean
-// specific force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The filter is then
-// started at the window's first image and fuses the same images again, so the solution serves it as the point to
-// linearise about and as a prior in which the window counts for a ninth: wide enough that the second use hardly
-// matters, narrow enough that the filter stays where its linearisation holds.
+// specific force, not moving, everything equally far"; ranges fix the depth of the facet they hit. The filter starts at
+// the window's last image with the solution carried there and its covariance. It does not see the window's images
+// again: they are used up, and an EKF that fuses them around a scale known to ten percent takes its own changes of mind
+// for knowledge of the scale.
 
 #include <span>
 
@@ -45,11 +45,11 @@ struct StartProblem {
 };
 
 struct StartSolution {
-  CoreState core;                   ///< at the first image: position zero, yaw zero
-  double velocity_sigma_m_s = 0.0;  ///< root of the summed variances
-  Mat15 prior = Mat15::Zero();      ///< covariance to start the filter with: right-invariant error at the first image
-  double rms_px = 0.0;              ///< of the reprojection residuals that were not down-weighted
-  std::size_t ranges_fitting = 0;   ///< ranges that agree with the solution
+  CoreState core;                    ///< at the first image: position zero, yaw zero
+  double velocity_sigma_m_s = 0.0;   ///< root of the summed variances
+  Mat15 covariance = Mat15::Zero();  ///< of the right-invariant error at the first image
+  double rms_px = 0.0;               ///< of the reprojection residuals that were not down-weighted
+  std::size_t ranges_fitting = 0;    ///< ranges that agree with the solution
 };
 
 class MotionStart {
@@ -96,7 +96,6 @@ class MotionStart {
   MatrixStorage<kMaxUnknowns, kMaxUnknowns> a_;
   MatrixStorage<kMaxUnknowns, kMaxUnknowns> factor_;
   double b_[kMaxUnknowns] = {};
-  double measurement_weight_ = 1.0;
   double squared_residuals_ = 0.0;
   std::size_t residuals_ = 0;
   std::size_t ranges_fitting_ = 0;

@@ -132,8 +132,8 @@ TEST(MotionStart, ExcitationGivesVelocityTiltAndBiasesWithinTheirSigmas) {
     add_images(w, 1.2, g);
     const Result<StartSolution> s = solve(w);
     ASSERT_TRUE(s.has_value());
-    // Against the prior handed to the filter; its sigma of three axes together, so three of them is hardly ever passed.
-    const Mat15& p = s->prior;
+    // The sigma of three axes together, so three of them is hardly ever passed.
+    const Mat15& p = s->covariance;
     const auto sigma = [&p](std::size_t at) {
       return std::sqrt(p.diagonal().segment<3>(static_cast<Eigen::Index>(at)).sum());
     };
@@ -221,10 +221,10 @@ TEST(MotionStart, ThePriorIsSymmetricAndPinsPlaceAndHeading) {
     add_images(w, 1.0, g);
     const Result<StartSolution> s = solve(w);
     ASSERT_TRUE(s.has_value());
-    EXPECT_EQ(s->prior, Mat15(s->prior.transpose()));
-    EXPECT_GT(s->prior.diagonal().minCoeff(), 0.0);
-    EXPECT_LT(s->prior(2, 2), 1e-10);
-    for (Eigen::Index k = 3; k < 6; ++k) EXPECT_LT(s->prior(k, k), 1e-10);
+    EXPECT_EQ(s->covariance, Mat15(s->covariance.transpose()));
+    EXPECT_GT(s->covariance.diagonal().minCoeff(), 0.0);
+    EXPECT_LT(s->covariance(2, 2), 1e-10);
+    for (Eigen::Index k = 3; k < 6; ++k) EXPECT_LT(s->covariance(k, k), 1e-10);
   });
 }
 
