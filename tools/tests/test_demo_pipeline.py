@@ -117,6 +117,16 @@ def test_flown_both_ways_and_judged(tools: Path) -> None:
     assert Outcome.from_json(outcome.as_json()) == outcome
 
 
+def test_filter_that_never_started_is_named(tools: Path) -> None:
+    folders = Folders(tools / "work")
+    flight = _simulate(tools)
+    pipeline.fly(_steps(), "demo", flight, folders)
+    (folders.run("VIO") / "trajectory.tum").write_text("")
+    (folders.run("VIO") / "summary.json").write_text('{"images_processed": 30, "images_valid": 0}')
+    outcome = pipeline.judge("demo", 1, flight, folders)
+    assert outcome.vio is None and outcome.reasons["VIO"] == "the filter never started, none of 30 images has a state"
+
+
 def test_replay_without_a_solution_is_told_not_hidden(tools: Path) -> None:
     folders = Folders(tools / "work")
     flight = _simulate(tools)
