@@ -73,7 +73,7 @@ class FacetPlane {
     double sum = 0.0;
     for (const Near& near : nearest) sum += scatter2(near.feature);
     const double variance = (1.0 + weights.squaredNorm()) * sum / static_cast<double>(nearest.size());
-    return range_m * std::sqrt(variance) / inverse_depth;
+    return range_m * std::sqrt(std::max(variance, 0.0)) / inverse_depth;
   }
 
  private:
@@ -82,7 +82,8 @@ class FacetPlane {
     return {seen_.inverse_depth[v[0]], seen_.inverse_depth[v[1]], seen_.inverse_depth[v[2]]};
   }
 
-  /// Variance of one point's scatter about the plane, 1/m^2, as feature i tells it. Four points that scatter alike, one
+  /// Variance of one point's scatter about the plane, 1/m^2, as feature i tells it; below zero when it lies closer than
+  /// expected, so that the mean over features is not biased. Four points that scatter alike, one
   /// of them predicted from the others, miss by 1 + |weights|^2 times that, beside what the filter knows to be the
   /// uncertainty of the four.
   double scatter2(std::size_t i) const {
@@ -103,7 +104,7 @@ class FacetPlane {
       for (std::size_t k = 0; k < 4; ++k)
         explained += by(static_cast<Eigen::Index>(j)) * by(static_cast<Eigen::Index>(k)) * p(at[j], at[k]);
     }
-    return std::max(misfit * misfit - explained, 0.0) / (1.0 + weights.squaredNorm());
+    return (misfit * misfit - explained) / (1.0 + weights.squaredNorm());
   }
 
   const FilterState<Config>& state_;
