@@ -91,7 +91,7 @@ constexpr std::array kRows{
     start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, 2.0,
                                           "shortest span an in-motion start is tried on"),
     start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, 2.0,
-                                              "longest span: then it starts with the uncertainty it has"),
+                                              "longest span: then ranges start it with the uncertainty it has"),
 
     tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, FlightConfig::kMaxTracks,
                                            "live tracks kept at once"),

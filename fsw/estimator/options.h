@@ -57,10 +57,10 @@ struct StartOptions {
   double accel_bias_sigma_m_s2 = 0.15;
   double still_gyro_rad_s = 0.02;  ///< IMU counts as still below these standard deviations
   double still_accel_m_s2 = 0.15;
-  double still_image_px = 0.5;  ///< and the median feature moves less than this over the window
+  double still_image_px = 0.5;  ///< and the image moves less than this over the window
   double still_window_s = 0.5;
   double motion_window_s = 0.5;      ///< shortest span an in-motion start is tried on
-  double motion_window_max_s = 1.5;  ///< longest: then it starts with the uncertainty it has
+  double motion_window_max_s = 1.5;  ///< longest: then ranges start it with the uncertainty it has
 };
 
 struct EstimatorOptions {

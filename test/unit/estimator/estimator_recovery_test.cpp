@@ -134,14 +134,33 @@ TEST(EstimatorRecovery, InstancesShareNothing) {
 }
 
 TEST(EstimatorRecovery, AResetForgetsEverything) {
-  const sim::Scene scene = test::lively_scene(2.0);
-  Feed fresh(scene, test::quick_settings(true));
-  Feed reset(scene, test::quick_settings(true));
-  reset.estimator->reset();
-  EXPECT_EQ(reset.estimator->state().reset_count, 1U);
-  fresh.fly_until(2.0);
-  reset.fly_until(2.0);
-  EXPECT_EQ(reset.estimator->state_hash(), fresh.estimator->state_hash());
+  // Nothing comes for longer than samples are kept: what was before it, if it is not forgotten, can only be state.
+  constexpr double kReset_s = 2.0;
+  constexpr double kBack_s = 5.0;
+  constexpr double kEnd_s = 7.0;
+  const sim::Scene scene = test::lively_scene(kEnd_s);
+  const auto lose = [](Feed& feed, double from_s) {
+    const auto kept = [from_s](Time t) {
+      const double t_s = (t - sim::flight_epoch()).seconds();
+      return t_s < from_s || t_s > kBack_s;
+    };
+    feed.on_imu = [kept](ImuSample& sample) { return kept(sample.t); };
+    feed.on_range = [kept](RangeSample& sample) { return kept(sample.t); };
+    feed.on_frame = [kept](Feed::Frame& frame) { return kept(frame.t); };
+  };
+  Feed fresh(scene, test::quick_settings(false));
+  Feed flown(scene, test::quick_settings(false));
+  lose(fresh, 0.0);
+  lose(flown, kReset_s);
+  flown.fly_until(kReset_s);
+  ASSERT_TRUE(flown.estimator->state().valid);
+  flown.estimator->reset();
+  EXPECT_EQ(flown.estimator->state().reset_count, 1U);
+  EXPECT_FALSE(flown.estimator->state().valid);
+  flown.fly_until(kEnd_s);
+  fresh.fly_until(kEnd_s);
+  ASSERT_TRUE(fresh.estimator->state().valid);
+  EXPECT_EQ(flown.estimator->state_hash(), fresh.estimator->state_hash());
 }
 
 template <class Config>

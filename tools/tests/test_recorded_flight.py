@@ -1,0 +1,33 @@
+"""A recorded flight, started in motion without truth, must be as accurate as Plumb says it is."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+REPLAY = ROOT / "build" / "flight" / "bin" / "plumb-replay"
+
+MIN_COVERAGE = 0.95  # of the image span
+MAX_STANDSTILL_DRIFT_M = 0.02
+
+
+@pytest.mark.parametrize(("options", "max_ate_m"), [([], 0.02), (["--no-range"], 0.03)], ids=["range", "no-range"])
+def test_euroc_mh01_is_flown_within_centimetres(
+    euroc_mh01: Path, tmp_path: Path, options: list[str], max_ate_m: float
+) -> None:
+    if not REPLAY.is_file():
+        pytest.skip("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
+    out = tmp_path / "out"
+    subprocess.run([REPLAY, "--asl", euroc_mh01, "--out", out, *options], check=True, capture_output=True)
+    scores = tmp_path / "scores.json"
+    score = [ROOT / "tools" / "score", euroc_mh01, out / "trajectory.tum", "--json", scores]
+    subprocess.run(score, check=True, capture_output=True)
+    figures = json.loads(scores.read_text(encoding="utf-8"))
+    assert figures["alignments"]["4dof"]["ate_rmse_m"] < max_ate_m
+    assert figures["coverage"]["covered"] >= MIN_COVERAGE
+    assert figures["standstill"]["duration_s"] > 10.0
+    assert figures["standstill"]["drift_m"] < MAX_STANDSTILL_DRIFT_M
