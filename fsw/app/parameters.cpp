@@ -85,12 +85,12 @@ constexpr std::array kRows{
     start<&StartOptions::still_accel_m_s2>("start.still_accel", "m/s^2", 1e-4, 10.0,
                                            "standard deviation below which the accelerometer is still"),
     start<&StartOptions::still_image_px>("start.still_image", "px", 0.01, 20.0,
-                                         "median feature motion below which the image is still"),
-    // The estimator keeps the IMU samples of little more than the last two seconds.
-    start<&StartOptions::still_window_s>("start.still_window", "s", 0.05, 2.0, "span of the standstill test"),
-    start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, 2.0,
+                                         "image motion below which the image is still"),
+    start<&StartOptions::still_window_s>("start.still_window", "s", 0.05, kMaxStartWindow_s,
+                                         "span of the standstill test"),
+    start<&StartOptions::motion_window_s>("start.motion_window", "s", 0.1, kMaxStartWindow_s,
                                           "shortest span an in-motion start is tried on"),
-    start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, 2.0,
+    start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, kMaxStartWindow_s,
                                               "longest span: then ranges start it with the uncertainty it has"),
 
     tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, FlightConfig::kMaxTracks,

@@ -9,12 +9,12 @@ namespace plumb {
 namespace {
 
 // "Zero" uncertainty of what defines the world frame: small against every sensor, large against rounding.
-constexpr double kPinnedSigma = 1e-6;    // rad, m
-constexpr double kGivenAttitude = 0.01;  // rad, 1 sigma, start from truth
-constexpr double kGivenVelocity = 0.05;  // m/s
-constexpr double kRestTilt = 0.1;        // rad
-constexpr double kAidingTimeout = 0.5;   // s without images: inertial; twice that without ranges: VIO
-constexpr double kKeptImu = 2.5;         // s of samples behind the horizon, for stillness and starting
+constexpr double kPinnedSigma = 1e-6;                 // rad, m
+constexpr double kGivenAttitude = 0.01;               // rad, 1 sigma, start from truth
+constexpr double kGivenVelocity = 0.05;               // m/s
+constexpr double kRestTilt = 0.1;                     // rad
+constexpr double kAidingTimeout = 0.5;                // s without images: inertial; twice that without ranges: VIO
+constexpr double kKeptImu = kMaxStartWindow_s + 0.5;  // s of samples behind the horizon, for stillness and starting
 
 bool finite(const std::array<double, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
@@ -38,7 +38,7 @@ template <class Config>
 void Estimator<Config>::reset() {
   state_.clear();
   tracks_.clear();
-  while (!ranges_.empty()) drop_oldest_range();
+  while (!ranges_.empty()) drop_oldest_range(RangeOutcome::kStale);
   range_.clear();
   image_stillness_.clear();
   start_window_.clear();
@@ -73,9 +73,12 @@ Status Estimator<Config>::add_imu(const ImuSample& sample) {
     ++counters_.imu_gaps;
     imu_.clear();
     static_cast<void>(imu_.push(sample));
-    image_stillness_.clear();
-    start_window_.clear();
-    if (initialised_) reset();
+    if (initialised_) {
+      reset();
+    } else {  // what an attempt to start has gathered ends here too
+      image_stillness_.clear();
+      start_window_.clear();
+    }
   }
   return Status::kOk;
 }
@@ -97,7 +100,7 @@ Status Estimator<Config>::add_range(const RangeSample& sample) {
   }
   last_range_depth_m_ = (calibration_.p_CR_m + sample.range_m * calibration_.u_C).z();
   last_range_sample_t_ = sample.t;
-  if (ranges_.full()) drop_oldest_range();
+  if (ranges_.full()) drop_oldest_range(RangeOutcome::kStale);
   return ranges_.push_back(sample);
 }
 
@@ -170,9 +173,9 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
 }
 
 template <class Config>
-void Estimator<Config>::drop_oldest_range() {
+void Estimator<Config>::drop_oldest_range(RangeOutcome outcome) {
   ranges_.erase(0);
-  count_range(counters_, RangeOutcome::kStale);
+  count_range(counters_, outcome);
 }
 
 template <class Config>
@@ -278,7 +281,7 @@ template <class Config>
 Status Estimator<Config>::start(const Frame& frame) {
   StageScope scope(start_given_ ? nullptr : observer_, Stage::kInitialisation);
   StageObserver* const observer = observer_;
-  observer_ = nullptr;  // stages do not nest: the re-run counts as initialisation
+  observer_ = nullptr;  // stages do not nest: the first image counts as initialisation
   Status status = Status::kNotReady;
   if (start_given_) {
     start_from_given(frame);
@@ -299,7 +302,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   state_.t = t;
   state_.core = core;
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
-  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range();
+  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range(RangeOutcome::kStale);
   initialised_ = true;
 }
 
@@ -357,10 +360,7 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
   propagate_to(frame.t);
-  while (!ranges_.empty() && ranges_.front().t < frame.t) {  // the solution has them in it, as it has the images
-    ranges_.erase(0);
-    count_range(counters_, RangeOutcome::kUsed);
-  }
+  while (!ranges_.empty() && ranges_.front().t < frame.t) drop_oldest_range(RangeOutcome::kUsed);  // in the solution
   start_window_.clear();
   return fuse_image(frame);
 }

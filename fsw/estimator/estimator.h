@@ -64,7 +64,7 @@ class Estimator {
 
   Status fuse_image(const Frame& frame);
   Status fuse_ranges_until(Time t, bool including);
-  void drop_oldest_range();
+  void drop_oldest_range(RangeOutcome outcome);
   void propagate_to(Time t);
   void make_room_for_clone();
   StandingNoise standing_noise() const;

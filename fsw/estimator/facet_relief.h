@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
-
-#include <Eigen/LU>
 
 #include "fsw/estimator/facet_search.h"
 #include "fsw/estimator/filter_state.h"
@@ -41,12 +40,10 @@ template <class Config>
 class FacetPlane {
  public:
   FacetPlane(const FilterState<Config>& state, const SeenFeatures<Config>& seen, const FacetChoice& facet)
-      : state_(state), seen_(seen), facet_(facet) {
-    Mat3 corners;
-    for (std::size_t j = 0; j < 3; ++j)
-      corners.col(static_cast<Eigen::Index>(j)) = seen.points[facet.vertices[j]].homogeneous();
-    barycentric_ = corners.inverse();
-  }
+      : state_(state),
+        seen_(seen),
+        facet_(facet),
+        barycentric_(barycentric({seen.points.data(), seen.points.size()}, facet)) {}
 
   /// By how much, 1 sigma along the beam in metres, the surface under the beam may lie off the facet: the six features
   /// nearest to it are taken as samples of a ground that scatters about a plane, as the vertices are. Zero over flat
@@ -110,31 +107,28 @@ class FacetPlane {
   const FilterState<Config>& state_;
   const SeenFeatures<Config>& seen_;
   const FacetChoice& facet_;
-  Mat3 barycentric_;  ///< of homogeneous image points
+  Mat3 barycentric_;
 };
 
 /// Remembers where the last range that was used hit the ground: the error of a facet stays while the beam stays, and is
 /// another one a facet further.
 class FacetRepeats {
  public:
-  void clear() { *this = {}; }
-  void used(const Vec3& impact_W_m) {
-    last_W_m_ = impact_W_m;
-    any_ = true;
-  }
+  void clear() { last_W_m_.reset(); }
+  void used(const Vec3& impact_W_m) { last_W_m_ = impact_W_m; }
 
   /// Variance, m^2, of the white noise that carries as much information, range after range, as device noise r and an
   /// error of variance s^2 of which each range shares the part c with the last: r + s^2 (1 + c) / (1 - c).
   /// `facet_size_m`: how far apart the features are on the ground.
   double variance(const Vec3& impact_W_m, double facet_size_m, double noise_m, double relief_m) const {
     constexpr double kMostShared = 0.9999;  // of the error, when the beam stands still
-    const double shared = any_ ? std::min(std::exp(-(impact_W_m - last_W_m_).norm() / facet_size_m), kMostShared) : 0.0;
+    const double shared =
+        last_W_m_ ? std::min(std::exp(-(impact_W_m - *last_W_m_).norm() / facet_size_m), kMostShared) : 0.0;
     return noise_m * noise_m + relief_m * relief_m * (1.0 + shared) / (1.0 - shared);
   }
 
  private:
-  Vec3 last_W_m_ = Vec3::Zero();
-  bool any_ = false;
+  std::optional<Vec3> last_W_m_;
 };
 
 }  // namespace plumb

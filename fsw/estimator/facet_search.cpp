@@ -86,4 +86,11 @@ Result<FacetChoice> find_facet(std::span<const Vec2> points, const Vec2& query) 
   return choice;
 }
 
+Mat3 barycentric(std::span<const Vec2> points, const FacetChoice& facet) {
+  Mat3 corners;
+  for (std::size_t j = 0; j < 3; ++j)
+    corners.col(static_cast<Eigen::Index>(j)) = points[facet.vertices[j]].homogeneous();
+  return corners.inverse();
+}
+
 }  // namespace plumb

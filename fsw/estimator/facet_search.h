@@ -21,4 +21,8 @@ struct FacetChoice {
 /// kNotReady: the query lies outside the convex hull, or there are fewer than three points.
 Result<FacetChoice> find_facet(std::span<const Vec2> points, const Vec2& query);
 
+/// Takes a homogeneous image point to its weights on the facet's vertices: what is affine over the image has there the
+/// weighted sum of its values at the vertices.
+Mat3 barycentric(std::span<const Vec2> points, const FacetChoice& facet);
+
 }  // namespace plumb

@@ -1,6 +1,5 @@
 #include "fsw/estimator/motion_start.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,10 +46,8 @@ Surface surface_at(const StartProblem& problem, const Vec2& query) {
   for (const StartFeature& feature : problem.features) static_cast<void>(points.push_back(feature.anchor_z));
   const Result<FacetChoice> facet = find_facet({points.data(), points.size()}, query);
   if (facet) {
-    Mat3 corners;
-    for (std::size_t j = 0; j < 3; ++j)
-      corners.col(static_cast<Eigen::Index>(j)) = points[facet->vertices[j]].homogeneous();
-    return {facet->vertices, corners.inverse() * query.homogeneous(), kRelativeFacetError};
+    const Vec3 weights = barycentric({points.data(), points.size()}, *facet) * query.homogeneous();
+    return {facet->vertices, weights, kRelativeFacetError};
   }
   const auto nearer = [&](const Vec2& a, const Vec2& b) { return (a - query).norm() < (b - query).norm(); };
   const auto nearest =

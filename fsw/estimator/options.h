@@ -52,6 +52,10 @@ struct RangeOptions {
   double max_facet_edge = 0.6;      ///< longest edge in the normalised image plane
 };
 
+/// Longest window that a standstill or a start in motion can be judged on: the IMU samples behind the newest image are
+/// kept for little longer.
+inline constexpr double kMaxStartWindow_s = 2.0;
+
 struct StartOptions {
   double gyro_bias_sigma_rad_s = 0.05;  ///< turn-on bias of the hardware
   double accel_bias_sigma_m_s2 = 0.15;

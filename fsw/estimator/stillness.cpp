@@ -59,8 +59,8 @@ double smooth_flow_rms(const Displacement* displacements, std::size_t count, con
   const double limit = kOutlierRatio * residual / static_cast<double>(count);
   const Affine first = field;
   if (limit > 0.0 && !fit(displacements, count, first, limit, field)) return kUndetermined;
-  const Vec3 mean_square(half_size.x() * half_size.x() / 3.0, half_size.y() * half_size.y() / 3.0,
-                         1.0);  // of (x, y, 1)
+  // Of x, y and 1 over the image.
+  const Vec3 mean_square(half_size.x() * half_size.x() / 3.0, half_size.y() * half_size.y() / 3.0, 1.0);
   return std::sqrt(mean_square.dot(field.rowwise().squaredNorm()));
 }
 

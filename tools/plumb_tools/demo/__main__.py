@@ -73,9 +73,9 @@ def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> tuple[Outc
     outcome = pipeline.judge(name, None, flight, folders)
     for run, reason in outcome.reasons.items():
         steps.console.print(f"  [yellow]{name}, {run}: no solution to score: {reason}[/]")
-    runs, _ = pipeline.read_runs(folders)
+    runs, absent = pipeline.read_runs(folders)
     if runs:
-        write_report(flight, list(runs.values()), page, DEFAULT_IMAGES, lambda _: None)
+        write_report(flight, list(runs.values()), absent, page, DEFAULT_IMAGES, lambda _: None)
     steps.note(f"score and report {name}", monotonic() - started)
     return outcome, page
 

@@ -14,7 +14,7 @@ from typing import Any
 from plumb_tools.demo.process import StepFailed, Steps
 from plumb_tools.demo.results import RANGE_VIO, VIO, Figures, Outcome
 from plumb_tools.report.headline import cost_of, headline_of
-from plumb_tools.report.run import Run, read_run
+from plumb_tools.report.run import Run, never_started, read_run
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.sim.kept import Origin
 from plumb_tools.trajectory import InputError, read_truth
@@ -136,23 +136,14 @@ def read_runs(folders: Folders) -> tuple[dict[str, Run], dict[str, str]]:
     runs: dict[str, Run] = {}
     reasons: dict[str, str] = {}
     for name in (RANGE_VIO, VIO):
-        if (images := _images_without_state(folders.run(name))) is not None:
-            reasons[name] = f"the filter never started, none of {images} images has a state"
+        if (reason := never_started(folders.run(name))) is not None:
+            reasons[name] = reason
             continue
         try:
             runs[name] = read_run(folders.run(name), name)
         except InputError as error:
             reasons[name] = str(error)
     return runs, reasons
-
-
-def _images_without_state(run: Path) -> int | None:
-    """Number of images of a replay that gave no state at all; None when it gave one, or cannot be read."""
-    try:
-        summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
-        return int(summary["images_processed"]) if summary["images_valid"] == 0 else None
-    except (OSError, ValueError, KeyError):
-        return None
 
 
 def judge(scene: str, seed: int | None, flight: Path, folders: Folders) -> Outcome:

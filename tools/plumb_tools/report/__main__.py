@@ -14,7 +14,7 @@ from plumb_tools.report import animation, page
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.model import build
 from plumb_tools.report.overlay import choose_rows, views
-from plumb_tools.report.run import Run, read_run
+from plumb_tools.report.run import Run, never_started, read_run
 from plumb_tools.trajectory import InputError
 
 EXIT_BAD_INPUT = 2
@@ -79,11 +79,16 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def write_report(folder: Path, runs: list[Run], out: Path, images: int, progress: page.Progress) -> int:
-    """Writes the page of a flight and its replays, range-VIO first; returns its size in bytes."""
+def write_report(
+    folder: Path, runs: list[Run], absent: dict[str, str], out: Path, images: int, progress: page.Progress
+) -> int:
+    """Writes the page of a flight and its replays, range-VIO first; returns its size in bytes.
+
+    `absent` names replays that gave no solution, and says why.
+    """
     flight = read_flight(folder)
     rows = choose_rows(runs[0].states["range_outcome"].astype(int), images)
-    text = page.render(build(flight, runs), views(flight, runs[0], rows), progress)
+    text = page.render(build(flight, runs, absent), views(flight, runs[0], rows), progress)
     out.parent.mkdir(parents=True, exist_ok=True)
     unfinished = out.with_name(out.name + ".part")
     unfinished.write_text(text, encoding="utf-8")
@@ -91,24 +96,26 @@ def write_report(folder: Path, runs: list[Run], out: Path, images: int, progress
     return out.stat().st_size
 
 
-def _read_runs(arguments: argparse.Namespace) -> list[Run]:
-    """The replays under the names of what they are."""
+def _read_runs(arguments: argparse.Namespace) -> tuple[list[Run], dict[str, str]]:
+    """The replays under the names of what they are, and why the one for comparison is not among them."""
     main = read_run(arguments.run, "range-VIO")
     with_range = bool(main.states["range_outcome"].any())
     if arguments.run_no_range is None:
-        return [main if with_range else replace(main, label="VIO")]
+        return [main if with_range else replace(main, label="VIO")], {}
     if not with_range:
         raise InputError(f"{arguments.run}: flown without a single range; it is compared with a flight without range")
-    return [main, read_run(arguments.run_no_range, "VIO")]
+    if (reason := never_started(arguments.run_no_range)) is not None:
+        return [main], {"VIO": reason}
+    return [main, read_run(arguments.run_no_range, "VIO")], {}
 
 
 def _write(arguments: argparse.Namespace, console: Console) -> None:
-    runs = _read_runs(arguments)
+    runs, absent = _read_runs(arguments)
 
     def tell(text: str) -> None:
         console.print(f"report: {text}", style="dim", highlight=False, soft_wrap=True)
 
-    size = write_report(arguments.flight, runs, arguments.out, arguments.images, tell)
+    size = write_report(arguments.flight, runs, absent, arguments.out, arguments.images, tell)
     tell(f"{arguments.out} ({size / 1e6:.1f} MB)")
     if arguments.animation is not None:
         tell("drawing the animation")

@@ -65,6 +65,7 @@ class Model:
     flight: Flight
     replays: list[Replay]
     duration_s: float
+    absent: dict[str, str]  #: replays that gave no solution, and why
 
     @property
     def main(self) -> Replay:
@@ -78,10 +79,10 @@ class Model:
         return (self.main.t_s, self.main.path_m if judged is None else judged.pairs.truth_p_m)
 
 
-def build(flight: Flight, runs: list[Run]) -> Model:
+def build(flight: Flight, runs: list[Run], absent: dict[str, str] | None = None) -> Model:
     """Brings a flight and its replays together."""
     replays = [_replay(flight, run, theme.VIO if run.label == "VIO" else theme.RANGE_VIO) for run in runs]
-    return Model(flight, replays, float(flight.seconds(flight.t_images_ns[-1:])[0]))
+    return Model(flight, replays, float(flight.seconds(flight.t_images_ns[-1:])[0]), absent or {})
 
 
 def _replay(flight: Flight, run: Run, colour: str) -> Replay:

@@ -91,6 +91,17 @@ def stage_names(header: list[str]) -> tuple[str, ...]:
     )
 
 
+def never_started(folder: Path) -> str | None:
+    """Says so when a replay gave no state at all; None when it gave one, or when its summary cannot be read."""
+    try:
+        summary = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
+        if summary["images_valid"] == 0:
+            return f"the filter never started, none of {summary['images_processed']} images has a state"
+    except (OSError, ValueError, KeyError):
+        pass
+    return None
+
+
 def read_run(folder: Path, label: str) -> Run:
     """Reads an output folder of plumb-replay."""
     if not folder.is_dir():

@@ -40,7 +40,7 @@ def _number(value: float | None, digits: int, unit: str) -> str:
 
 
 def summary_line(model: Model) -> str:
-    """What was flown, in one line."""
+    """What was flown, in one line, and a line for each replay that gave nothing to show."""
     main = model.main
     facts = [f"{model.duration_s:.1f} s", f"{len(model.flight.t_images_ns)} images"]
     if main.judged is not None:
@@ -51,7 +51,8 @@ def summary_line(model: Model) -> str:
         facts.append(f"{np.count_nonzero(model.flight.range_finder.range_m > 0.0)} ranges")
     facts.append(f"configuration <b>{escape(str(main.run.summary['configuration']))}</b>")
     facts.append(f"run hash <code>{escape(str(main.run.summary['run_hash']))}</code>")
-    return " &middot; ".join(facts)
+    missing = [f"<br><b>{escape(name)}</b>: {escape(reason)}" for name, reason in model.absent.items()]
+    return " &middot; ".join(facts) + "".join(missing)
 
 
 def cards(model: Model) -> str:
