@@ -164,8 +164,13 @@ void read_imu(const std::filesystem::path& imu0, Parameters& parameters) {
                                       {"accelerometer_noise_density", "imu.accel_noise_density"},
                                       {"accelerometer_random_walk", "imu.accel_bias_walk"}};
   for (const auto& [key, parameter] : kKeys) set_from(yaml, key, yaml.number(key), parameter, parameters);
-  const std::optional<double> gravity = yaml.optional_number("gravity_mps2");
-  if (gravity) set_from(yaml, "gravity_mps2", *gravity, "imu.gravity", parameters);
+  constexpr const char* kOptionalKeys[][2] = {{"gyroscope_bias_stddev", "start.gyro_bias_sigma"},
+                                              {"accelerometer_bias_stddev", "start.accel_bias_sigma"},
+                                              {"gravity_mps2", "imu.gravity"}};
+  for (const auto& [key, parameter] : kOptionalKeys) {
+    const std::optional<double> value = yaml.optional_number(key);
+    if (value) set_from(yaml, key, *value, parameter, parameters);
+  }
 }
 
 void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters) {

@@ -10,7 +10,8 @@ namespace plumb::replay {
 
 /// Camera model and camera pose in the IMU. Throws InputError.
 void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration);
-/// Noise densities and local gravity ("gravity_mps2", optional) into the parameters. Throws InputError.
+/// Noise densities into the parameters, and if they are there the turn-on biases ("gyroscope_bias_stddev" rad/s,
+/// "accelerometer_bias_stddev" m/s^2, 1 sigma per axis) and local gravity ("gravity_mps2"). Throws InputError.
 void read_imu(const std::filesystem::path& imu0, Parameters& parameters);
 /// Beam into the calibration, noise and largest range into the parameters. Throws InputError.
 void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters);

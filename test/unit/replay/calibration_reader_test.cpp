@@ -80,9 +80,13 @@ TEST(CalibrationReader, SetsNoiseAndGravityParameters) {
   EXPECT_EQ(parameters.estimator.imu.accel_noise_density, 3e-3);
   EXPECT_EQ(parameters.estimator.imu.accel_bias_walk, 4e-3);
   EXPECT_EQ(parameters.estimator.imu.gravity_m_s2, 9.80665);
-  folder.write("sensor.yaml", std::string(kImu) + "gravity_mps2: 3.71\n");
+  EXPECT_EQ(parameters.estimator.start.gyro_bias_sigma_rad_s, Parameters{}.estimator.start.gyro_bias_sigma_rad_s);
+  folder.write("sensor.yaml", std::string(kImu) + "gravity_mps2: 3.71\n" +
+                                  "gyroscope_bias_stddev: 5e-5\naccelerometer_bias_stddev: 9e-3\n");
   read_imu(folder.path(), parameters);
   EXPECT_EQ(parameters.estimator.imu.gravity_m_s2, 3.71);
+  EXPECT_EQ(parameters.estimator.start.gyro_bias_sigma_rad_s, 5e-5);
+  EXPECT_EQ(parameters.estimator.start.accel_bias_sigma_m_s2, 9e-3);
 }
 
 TEST(CalibrationReader, ReadsTheRangeFinder) {

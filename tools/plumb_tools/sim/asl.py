@@ -55,6 +55,7 @@ def _write_imu(root: Path, flight: SimulatedFlight) -> None:
     """imu0. The body frame is the IMU's."""
     imu, path = flight.scene.sensors.imu, folder(root, "imu0")
     gyro_density, accel_density = imu_model.effective_densities(imu)
+    gyro_bias, accel_bias = imu_model.effective_biases(imu, flight.scene.scene.gravity_m_s2)
     _write_yaml(
         path / "sensor.yaml",
         {
@@ -66,6 +67,8 @@ def _write_imu(root: Path, flight: SimulatedFlight) -> None:
             "gyroscope_random_walk": imu.gyro_bias_walk,
             "accelerometer_noise_density": accel_density,
             "accelerometer_random_walk": imu.accel_bias_walk,
+            "gyroscope_bias_stddev": gyro_bias,
+            "accelerometer_bias_stddev": accel_bias,
             "gravity_mps2": flight.scene.scene.gravity_m_s2,
         },
     )

@@ -122,3 +122,13 @@ def effective_densities(imu: Imu) -> tuple[float, float]:
         float(np.hypot(imu.gyro_noise_density, imu.vibration.gyro_broad_rad_s * per_root_hz)),
         float(np.hypot(imu.accel_noise_density, imu.vibration.accel_broad_m_s2 * per_root_hz)),
     )
+
+
+def effective_biases(imu: Imu, gravity_m_s2: float) -> tuple[float, float]:
+    """Standard deviations of the biases of gyro and accelerometer at turn-on, per axis, as a data sheet's repeatability
+    and misalignment give them: on a level vehicle gravity shows on the axes that lean, like a bias. Never zero: no
+    filter can be told none.
+    """
+    least = 1e-6
+    accel = float(np.hypot(imu.accel_turn_on_m_s2, imu.accel_misalignment_rad * gravity_m_s2))
+    return max(imu.gyro_turn_on_rad_s, least), max(accel, least)
