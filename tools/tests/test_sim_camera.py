@@ -60,7 +60,8 @@ def test_the_lens_is_that_of_opencv(name: str) -> None:
 
 
 def _image(maker: FrameMaker, t_s: float) -> np.ndarray:
-    return np.clip(450.0 * maker.radiance(t_s, 0.0), 0.0, 255.0).astype(np.uint8)
+    positions, rotations = maker.poses(np.array([t_s]), np.zeros(1))
+    return np.clip(450.0 * maker.radiance(positions[0], rotations[0]), 0.0, 255.0).astype(np.uint8)
 
 
 def _seen_again(of: Plan, pixels: FloatArray, t_s: tuple[float, float]) -> tuple[FloatArray, np.ndarray]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import fcntl
-import hashlib
 import json
 import os
 import shutil
@@ -15,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from plumb_tools.sim import world
+from plumb_tools.sim.digest import digest, sources_digest
 from plumb_tools.sim.scene import Scene
 from plumb_tools.sim.schema import as_plain
 from plumb_tools.trajectory import InputError
@@ -23,31 +22,19 @@ from plumb_tools.trajectory import InputError
 FILE = "simulated.json"
 
 SOURCES = Path(__file__).resolve().parent
-#: These read and refuse scenes and say where flights go; what a flight looks like is not in them.
-_BESIDE_THE_POINT = ("__main__.py", "checks.py", "kept.py", "scene_file.py", "schema.py")
+#: These read and refuse scenes and say where things are kept; what a flight looks like is not in them.
+_BESIDE_THE_POINT = ("__main__.py", "checks.py", "digest.py", "kept.py", "layer_store.py", "scene_file.py", "schema.py")
 _LOGGING = "devices"
-
-
-def _digest(*parts: bytes) -> str:
-    whole = hashlib.sha256()
-    for part in parts:
-        whole.update(hashlib.sha256(part).digest())
-    return whole.hexdigest()[:16]
-
-
-def _sources_digest(files: list[Path]) -> str:
-    """Digest of programs without their comments and layout."""
-    return _digest(*(ast.dump(ast.parse(file.read_bytes())).encode() for file in sorted(files)))
 
 
 @cache
 def _simulator_digest(root: Path) -> str:
-    return _sources_digest([path for path in root.glob("*.py") if path.name not in _BESIDE_THE_POINT])
+    return sources_digest([path for path in root.glob("*.py") if path.name not in _BESIDE_THE_POINT])
 
 
 @cache
 def _logging_digest(root: Path) -> str:
-    return _sources_digest(list((root / _LOGGING).glob("*.py")))
+    return sources_digest(list((root / _LOGGING).glob("*.py")))
 
 
 @dataclass(frozen=True)
@@ -75,10 +62,10 @@ def origin(scene: Scene, seed: int, duration_s: float | None, textures: Path | N
     files = [*sorted(pictures.materials.values()), *pictures.orthophotos]
     looks = [part for file in files for part in (file.name.encode(), file.read_bytes())]
     return Origin(
-        scene=_digest(json.dumps(content, sort_keys=True).encode()),
+        scene=digest(json.dumps(content, sort_keys=True).encode()),
         seed=seed,
         duration_s=duration_s,
-        textures=_digest(*looks) if looks else None,
+        textures=digest(*looks) if looks else None,
         simulator=_simulator_digest(SOURCES),
         log=_logging_digest(SOURCES) if with_log else None,
     )

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from plumb_tools.sim import noise
+from plumb_tools.sim import layer_store, noise
 from plumb_tools.sim.materials import INDEX, MATERIALS
 from plumb_tools.sim.noise import Image
 from plumb_tools.sim.streams import Generator, stream
@@ -31,6 +31,9 @@ _LOOK_SEED = 20210530
 #: Strip in which the far edge of a photograph fades into the near one.
 _FADE_PX = 128
 
+#: Uneven brightness is so broad that it is looked for in a picture this much smaller.
+_SHRINK = 8
+
 
 def _photograph(name: str) -> Image:
     from skimage import data  # costs a second to load
@@ -45,7 +48,9 @@ def _seamless(picture: npt.NDArray[np.floating]) -> Image:
     square = cv2.resize(picture[:edge, :edge].astype(np.float32), (whole, whole), interpolation=cv2.INTER_CUBIC)
     share = np.linspace(0.0, np.pi / 2.0, _FADE_PX, dtype=np.float32)
     rise, fall = np.sin(share), np.cos(share)  # squares add up to one: the contrast stays even
-    level = square - cv2.GaussianBlur(square, (0, 0), whole / 8.0)
+    small = cv2.resize(square, None, fx=1 / _SHRINK, fy=1 / _SHRINK, interpolation=cv2.INTER_AREA)
+    uneven = cv2.GaussianBlur(small, (0, 0), small.shape[0] / 8.0)
+    level = square - cv2.resize(uneven, (whole, whole), interpolation=cv2.INTER_CUBIC)
     level[:, :_FADE_PX] = level[:, :_FADE_PX] * rise + level[:, SIZE_PX:] * fall
     level[:_FADE_PX] = level[:_FADE_PX] * rise[:, None] + level[SIZE_PX:] * fall[:, None]
     return noise.standardised(level[:SIZE_PX, :SIZE_PX])
@@ -193,7 +198,7 @@ def _quantised(image: Image) -> npt.NDArray[np.uint8]:
 
 @cache
 def _layer(name: str) -> npt.NDArray[np.uint8]:
-    return _quantised(_MAKERS[name](stream(_LOOK_SEED, name)))
+    return layer_store.kept(name, lambda: _quantised(_MAKERS[name](stream(_LOOK_SEED, name))), layer_store.FOLDER)
 
 
 def texture_set(used: set[str], pictures: dict[str, Path]) -> TextureSet:
