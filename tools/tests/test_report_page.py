@@ -36,7 +36,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def browser(page: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """A browser with the page open."""
     if chromium() is None:
-        pytest.skip("no Chromium to open the page in: apt-get install chromium")
+        pytest.skip("no Chromium to open the page in; tools/setup --tests installs it")
     with Browser(tmp_path_factory.mktemp("profile")) as opened:
         opened.open(page)
         yield opened
