@@ -30,7 +30,7 @@ struct ImuOptions {
 
 struct VisionOptions {
   double pixel_noise_px = 1.0;     ///< 1 sigma of a tracked feature, its drift from image to image included
-  double gate_probability = 0.95;  ///< chi-square gate of visual rows
+  double gate_probability = 0.999;  ///< chi-square gate of visual rows
   double min_parallax_px = 6.0;    ///< rotation-free track extent needed to triangulate
   double min_depth_m = 0.2;        ///< semi-infinite start: rho0 = 1/(2 d_min)
   double max_depth_m = 300.0;      ///< beyond this a triangulated feature is not used
