@@ -151,6 +151,12 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
+def _is_interrupted(error: BaseException) -> bool:
+    """Whether an error comes of an interrupt: within a lock of the standard library one turns into another error."""
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    return isinstance(error, KeyboardInterrupt) or (isinstance(error, RuntimeError) and ignored)
+
+
 def main(argv: list[str] | None = None) -> int:
     """Simulates as the arguments tell; returns the exit code."""
     parser = _parser()
@@ -164,15 +170,17 @@ def main(argv: list[str] | None = None) -> int:
         if arguments.scene is None:
             parser.error("SCENE is missing; --list shows those that come with the project")
         _simulate(arguments)
-    except KeyboardInterrupt:
+    except BrokenExecutor:
+        print("simulate: a drawing process died, perhaps for want of memory; nothing is left behind", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except (KeyboardInterrupt, RuntimeError) as error:
+        if not _is_interrupted(error):
+            raise
         print("simulate: interrupted, nothing is left behind", file=sys.stderr)
         return EXIT_INTERRUPTED
     except InputError as error:
         for line in str(error).splitlines():
             print(f"simulate: {line}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except BrokenExecutor:
-        print("simulate: a drawing process died, perhaps for want of memory; nothing is left behind", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:
         print(f"simulate: {error}; nothing is left behind", file=sys.stderr)
