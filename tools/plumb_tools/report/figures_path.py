@@ -14,6 +14,8 @@ from plumb_tools.trajectory import FloatArray
 
 #: A box in space is drawn no flatter than this: a straight flight would have no width to look at.
 MIN_BOX_SIDE = 0.3
+#: Diagonal of the box, in the units of the camera's distance: long boxes fill as much of the figure as cubes do.
+BOX_DIAGONAL = 1.7
 #: Beyond this ratio of length to width the view from above is stretched.
 MAX_PLAN_RATIO = 8.0
 GROUND_POINTS = 1200
@@ -46,7 +48,7 @@ def _box(points: FloatArray) -> tuple[dict[str, float], bool]:
     sides = np.ptp(points, axis=0)
     relative = sides / max(float(sides.max()), 1e-9)
     drawn = np.maximum(relative, MIN_BOX_SIDE)
-    return dict(zip("xyz", (1.3 * drawn).tolist(), strict=True)), bool(np.allclose(relative, drawn))
+    return dict(zip("xyz", (drawn * BOX_DIAGONAL / np.linalg.norm(drawn)).tolist(), strict=True)), bool(np.allclose(relative, drawn))
 
 
 def _space(model: Model, ground: Ground | None) -> Panel:
