@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plumb_tools.demo.process import progress_of
 from plumb_tools.sim import __main__ as command
 from plumb_tools.sim import asl, kept, simulate
 from plumb_tools.trajectory import ASL_TRUTH, read_csv, read_truth
@@ -123,6 +124,16 @@ def test_an_interrupt_leaves_nothing(signals: list[signal.Signals], tmp_path: Pa
     assert "interrupted" in message
     assert "Traceback" not in message
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.yaml"]
+
+
+def test_without_a_terminal_progress_is_told_in_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = write(tmp_path, changed({}))
+    assert command.main([str(scene), "--out", str(tmp_path / "flight"), "--no-log"]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert "simulate: building the world" in told
+    taken = [line for line in told if line.startswith("simulate: taking images, ")]
+    done = [progress_of(line) for line in taken]
+    assert len(done) == 3 and done[0] == 0.0 and done[2] == 1.0
 
 
 def test_a_full_disk_leaves_nothing(

@@ -69,14 +69,14 @@ def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> tuple[Outc
     """Flies a flight, judges it and writes its report."""
     pipeline.fly(steps, name, flight, folders)
     page = folders.base / "report.html"
-    started = monotonic()
-    outcome = pipeline.judge(name, None, flight, folders)
+    with steps.step(f"score and report {name}") as step:
+        tell = step.working("scoring")
+        outcome = pipeline.judge(name, None, flight, folders)
+        runs, absent = pipeline.read_runs(folders)
+        if runs:
+            write_report(flight, list(runs.values()), absent, page, DEFAULT_IMAGES, tell)
     for run, reason in outcome.reasons.items():
         steps.console.print(f"  [yellow]{name}, {run}: no solution to score: {reason}[/]")
-    runs, absent = pipeline.read_runs(folders)
-    if runs:
-        write_report(flight, list(runs.values()), absent, page, DEFAULT_IMAGES, lambda _: None)
-    steps.note(f"score and report {name}", monotonic() - started)
     return outcome, page
 
 

@@ -6,7 +6,7 @@ import re
 import shlex
 import subprocess
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
@@ -58,6 +58,11 @@ class Step:
         self._progress = progress
         self._running: list[subprocess.Popen[str]] = []
         self._stopped = False
+
+    def working(self, title: str) -> Callable[[str], None]:
+        """A bar for work of unknown length that is done here; to be told what is being done."""
+        task = self._progress.add_task(title, total=None)
+        return lambda text: self._progress.update(task, description=text)
 
     def stop(self) -> None:
         """Ends what this step runs, from whatever thread."""

@@ -88,9 +88,12 @@ def _list() -> None:
 
 
 class _Bar:
-    """Shows what is being done; steps of which the number is known get a bar."""
+    """Shows what is being done; steps of which the number is known get a bar, or lines where there is no terminal."""
 
     def __init__(self) -> None:
+        console = Console(stderr=True)
+        self._drawn = console.is_terminal
+        self._told = 0
         self._progress = Progress(
             TextColumn("{task.description:28}"),
             BarColumn(),
@@ -98,7 +101,8 @@ class _Bar:
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
+            console=console,
+            disable=not self._drawn,
         )
         self._task: TaskID | None = None
         self._step = ""
@@ -114,12 +118,21 @@ class _Bar:
 
     def __call__(self, step: str, done: int, total: int) -> None:
         """Takes note of progress."""
+        if not self._drawn:
+            self._tell(step, done, total)
         if step != self._step:
             if self._task is not None:
                 self._progress.remove_task(self._task)
             self._task, self._step = self._progress.add_task(step, total=total or None), step
         if self._task is not None:
             self._progress.update(self._task, completed=done)
+
+    def _tell(self, step: str, done: int, total: int) -> None:
+        """A line at the start of a step and at every other percent of it: the demo makes its bar of these."""
+        part = 50 * done // total if total else 0
+        if step != self._step or part != self._told:
+            print(f"simulate: {step}{f', {done} of {total}' if total else ''}", file=sys.stderr, flush=True)
+        self._told = part
 
 
 def _simulate(arguments: argparse.Namespace) -> None:
