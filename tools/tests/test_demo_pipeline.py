@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from plumb_tools.demo import __main__ as demo
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import Folders, find_scene
 from plumb_tools.demo.process import StepFailed, Steps, progress_of
-from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, mean_and_worst
+from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, mean_and_worst, terminal_table
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
 
@@ -163,6 +164,16 @@ def test_mean_and_worst_of_signed_figures_go_by_size(tools: Path) -> None:
     assert large is not None and small is not None
     scale = next(column for column in COLUMNS if column.signed)
     assert mean_and_worst([small, large], scale) == pytest.approx((6.0, 10.0), abs=0.01)
+
+
+@pytest.mark.parametrize("width", [80, 128])
+def test_the_table_fits_the_terminal(tools: Path, capsys: pytest.CaptureFixture[str], width: int) -> None:
+    flight = _simulate(tools)
+    pipeline.fly(_steps(), "demo", flight, Folders(tools / "work"))
+    outcome = replace(pipeline.judge("demo", 1, flight, Folders(tools / "work")), scene="excitation")
+    Console(width=width).print(terminal_table([outcome], width))
+    text = capsys.readouterr().out
+    assert "excitation" in text and "10.00" in text and "…" not in text
 
 
 def test_demo_flies_a_recording_and_leaves_a_report(

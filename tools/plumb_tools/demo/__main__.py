@@ -110,7 +110,7 @@ def _demo(arguments: argparse.Namespace, console: Console) -> None:
     outcomes, pages = _fly_all(arguments, steps)
     steps.note("everything", monotonic() - started)
     console.print()
-    console.print(terminal_table(outcomes))
+    console.print(terminal_table(outcomes, console.width))
     for page in pages:
         console.print(f"report  {page}", highlight=False, soft_wrap=True)
     if pages[0].is_file() and not arguments.no_open and _has_display():

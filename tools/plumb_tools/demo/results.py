@@ -12,6 +12,7 @@ from rich.table import Table
 from plumb_tools.report.headline import Cost, Headline
 
 NONE = "-"
+WIDE = 120  #: characters from which a table's titles have room
 RANGE_VIO, VIO = "range-VIO", "VIO"
 
 
@@ -61,6 +62,7 @@ class Column:
     """A figure that tables show."""
 
     title: str
+    short: str  #: title where there is little room
     unit: str
     value: Callable[[Figures], float | None]
     digits: int
@@ -68,17 +70,19 @@ class Column:
 
 
 COLUMNS = (
-    Column("max axis error", "% of distance", lambda f: f.headline.max_axis_percent, 2),
-    Column("max axis error", "m", lambda f: f.headline.max_axis_m, 3),
-    Column("ATE", "m", lambda f: f.headline.ate_m, 3),
-    Column("scale error", "%", lambda f: f.headline.scale_error_percent, 2, signed=True),
-    Column("velocity RMSE", "m/s", lambda f: f.headline.velocity_rmse_m_s, 3),
-    Column("NEES position", "ideal 3", lambda f: f.headline.nees_position, 1),
-    Column("NEES velocity", "ideal 3", lambda f: f.headline.nees_velocity, 1),
-    Column("NEES attitude", "ideal 3", lambda f: f.headline.nees_attitude, 1),
-    Column("CPU per frame", "ms", lambda f: f.cost.cpu_ms, 2),
-    Column("real-time factor", "x", lambda f: f.cost.realtime_factor, 1),
+    Column("max axis error", "axis", "% of distance", lambda f: f.headline.max_axis_percent, 2),
+    Column("max axis error", "axis", "m", lambda f: f.headline.max_axis_m, 3),
+    Column("ATE", "ATE", "m", lambda f: f.headline.ate_m, 3),
+    Column("scale error", "scale", "%", lambda f: f.headline.scale_error_percent, 2, signed=True),
+    Column("velocity RMSE", "vel.", "m/s", lambda f: f.headline.velocity_rmse_m_s, 3),
+    Column("NEES position", "NEES\npos.", "ideal 3", lambda f: f.headline.nees_position, 1),
+    Column("NEES velocity", "NEES\nvel.", "ideal 3", lambda f: f.headline.nees_velocity, 1),
+    Column("NEES attitude", "NEES\natt.", "ideal 3", lambda f: f.headline.nees_attitude, 1),
+    Column("CPU per frame", "CPU", "ms", lambda f: f.cost.cpu_ms, 2),
+    Column("real-time factor", "real\ntime", "x", lambda f: f.cost.realtime_factor, 1),
 )
+
+_SHORT_UNITS = {"% of distance": "%", "ideal 3": "(3)"}
 
 
 def cell(figures: Figures | None, column: Column) -> str:
@@ -86,16 +90,19 @@ def cell(figures: Figures | None, column: Column) -> str:
     value = None if figures is None else column.value(figures)
     if value is None:
         return NONE
-    return f"{value:{'+' if column.signed else ''}.{column.digits}f}"
+    digits = column.digits if abs(value) < 1000.0 else 0
+    return f"{value:{'+' if column.signed else ''}.{digits}f}"
 
 
-def terminal_table(outcomes: Sequence[Outcome]) -> Table:
-    """Two rows per flight: range-VIO and VIO."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+def terminal_table(outcomes: Sequence[Outcome], width: int) -> Table:
+    """Two rows per flight, range-VIO and VIO, in as many characters as the terminal is wide, 80 at least."""
+    wide = width >= WIDE
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0) if wide else 0)
     table.add_column("scene", no_wrap=True)
     table.add_column("", no_wrap=True)
     for column in COLUMNS:
-        table.add_column(f"{column.title}\n[dim]{column.unit}[/]", justify="right")
+        title, unit = (column.title, column.unit) if wide else (column.short, _SHORT_UNITS.get(column.unit, column.unit))
+        table.add_column(f"{title}\n[dim]{unit}[/]", justify="right", no_wrap=not wide)
     for outcome in outcomes:
         for name, figures in outcome.replays():
             colour = "bright_blue" if name == RANGE_VIO else "orange3"

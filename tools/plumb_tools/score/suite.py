@@ -122,7 +122,7 @@ def _suite(arguments: argparse.Namespace, console: Console) -> None:
         for seed in range(1, item.seeds + 1):
             folders = Folders(arguments.work / item.scene.name / f"seed-{seed}")
             outcomes.append(fly_one(steps, item.scene, seed, folders, arguments.discard))
-        console.print(terminal_table(outcomes))
+        console.print(terminal_table(outcomes, console.width))
         results.append(SceneResults(item.scene, outcomes))
     options = "" if arguments.scenes is None else f" --scenes {arguments.scenes}"
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
