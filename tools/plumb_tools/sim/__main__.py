@@ -48,13 +48,6 @@ examples:
 exit codes: 0 flown, 2 bad input, 130 interrupted (nothing is left behind)"""
 
 
-def _seed(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError("must not be negative")
-    return value
-
-
 def _positive_seconds(text: str) -> float:
     value = float(text)
     if not 0.0 < value < 1e6:
@@ -71,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("scene", metavar="SCENE", nargs="?")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write (default: build/flights/SCENE-SEED)")
-    parser.add_argument("--seed", metavar="N", type=_seed, default=0, help="of noise, biases and gusts (default: 0)")
+    parser.add_argument("--seed", metavar="N", type=scene_file.seed, default=0, help="of what is random (default: 0)")
     parser.add_argument("--textures", metavar="DIR", type=Path, help="your own pictures for materials and ground")
     parser.add_argument("--duration", metavar="S", type=_positive_seconds, help="fly only the first S seconds")
     parser.add_argument("--list", action="store_true", help="list the scenes and exit")
