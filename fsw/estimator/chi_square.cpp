@@ -41,6 +41,8 @@ double chi_square_cdf(double x, std::size_t dof) {
   return 1.0 - tail;
 }
 
+double gate_cost(double limit, std::size_t dof) { return chi_square_cdf(limit, dof) / chi_square_cdf(limit, dof + 2); }
+
 ChiSquareTable::ChiSquareTable(double probability) {
   for (std::size_t i = 0; i < kMaxGateRows; ++i) {
     double low = 0.0;

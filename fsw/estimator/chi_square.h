@@ -11,6 +11,11 @@ inline constexpr std::size_t kMaxGateRows = 64;
 /// Probability that a chi-square variable with `dof` >= 1 degrees of freedom is below x (closed form for integer dof).
 double chi_square_cdf(double x, std::size_t dof);
 
+/// By what factor the noise variance of those measurements must be raised that pass a gate at `limit` (a squared
+/// Mahalanobis distance of `dof` rows), so that they pay for the good ones that it refuses. Good measurements under a
+/// gate lower the mean squared error by P(dof + 2) of what all of them would, the covariance by P(dof).
+double gate_cost(double limit, std::size_t dof);
+
 class ChiSquareTable {
  public:
   /// Quantiles at `probability` (0 to 1, exclusive) for 1 to kMaxGateRows degrees of freedom.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "fsw/estimator/chi_square.h"
 #include "fsw/estimator/facet_relief.h"
 #include "fsw/estimator/range_model.h"
 #include "fsw/estimator/report.h"
@@ -17,7 +18,11 @@ class RangeUpdate {
   using Layout = ErrorLayout<Config>;
 
   RangeUpdate(const RangeOptions& options, const SensorCalibration& calibration)
-      : options_(options), calibration_(calibration), beam_{calibration.p_CR_m, calibration.u_C} {}
+      : options_(options),
+        calibration_(calibration),
+        beam_{calibration.p_CR_m, calibration.u_C},
+        gate_(options.gate_sigma * options.gate_sigma),
+        gate_cost_(gate_cost(gate_, 1)) {}
 
   /// Forgets the facets of a flight that has been reset.
   void clear() { repeats_.clear(); }
@@ -50,6 +55,8 @@ class RangeUpdate {
   RangeOptions options_;
   SensorCalibration calibration_;
   Beam beam_;
+  double gate_;       ///< squared Mahalanobis distance
+  double gate_cost_;  ///< a gate at two sigma refuses one good range in 22, which the others pay for
   SeenFeatures<Config> seen_;
   FacetRepeats repeats_;
 };
@@ -130,7 +137,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
   const double sigma =
-      std::sqrt(repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
+      std::sqrt(gate_cost_ * repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;
@@ -150,8 +157,11 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   }
   stack.residual(0) = ratio * (range_m - prediction.range_m) / sigma;
   const double nis = stack.close(state, support);
-  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0)) / ratio;
-  return nis <= options_.gate_sigma * options_.gate_sigma ? RangeOutcome::kUsed : RangeOutcome::kGated;
+  // The gate itself asks how far the range is off by what its noise is without that cost.
+  const double raised = stack.innovation_variance(0);  // in units of sigma^2
+  const double plain = raised - 1.0 + 1.0 / gate_cost_;
+  report.range_sigma_m = sigma * std::sqrt(plain) / ratio;
+  return nis * raised <= gate_ * plain ? RangeOutcome::kUsed : RangeOutcome::kGated;
 }
 
 }  // namespace plumb

@@ -229,7 +229,8 @@ TEST(RangeUpdateLaw, ARangeIsTheDenseUpdate) {
     test::DenseRows rows;
     rows.h = test::numeric_state_jacobian(*c.state, 1, inverse);
     rows.r = Eigen::VectorXd::Constant(1, 1.0 / measured - 1.0 / predicted);
-    rows.sigma = Eigen::VectorXd::Constant(1, c.options.noise_m / (measured * measured));
+    const double noise_m = c.options.noise_m * std::sqrt(gate_cost(c.options.gate_sigma * c.options.gate_sigma, 1));
+    rows.sigma = Eigen::VectorXd::Constant(1, noise_m / (measured * measured));
     const test::DensePosterior expected = test::dense_update(dense(c.state->covariance()), rows);
     State moved = *c.state;
     moved.retract(expected.dx.data());

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "test/support/property.h"
+
 namespace plumb {
 namespace {
 
@@ -76,6 +78,46 @@ TEST(ChiSquare, NothingLiesBelowZeroAndNotANumberIsNotSmall) {
   EXPECT_EQ(chi_square_cdf(1e4, 2), 1.0);
   // A gate written as nis <= quantile lets no NaN through.
   EXPECT_FALSE(std::numeric_limits<double>::quiet_NaN() <= ChiSquareTable(0.95).quantile(2));
+}
+
+/// Mean squared error over mean variance of a constant that is measured often through a gate of two sigma, by a filter
+/// that takes the noise variance for `raised` times what it is.
+double honesty(double raised) {
+  constexpr int kRuns = 4000;
+  constexpr int kMeasurements = 60;
+  constexpr double kGate = 4.0;
+  double squares = 0.0;
+  double variances = 0.0;
+  test::Generator g(test::base_seed());
+  for (int run = 0; run < kRuns; ++run) {
+    double variance = 0.05;
+    double error = g.normal(std::sqrt(variance));
+    for (int k = 0; k < kMeasurements; ++k) {
+      const double innovation = error + g.normal(1.0);
+      if (innovation * innovation > kGate * (variance + 1.0)) continue;
+      const double gain = variance / (variance + raised);
+      error -= gain * innovation;
+      variance *= 1.0 - gain;
+    }
+    squares += error * error;
+    variances += variance;
+  }
+  return squares / variances;
+}
+
+// A good measurement that is refused lowers the error no more than the covariance, but it is those that contradict most
+// that are refused: the others are worth less than they look.
+TEST(GateCost, PaysForTheGoodMeasurementsThatAreRefused) {
+  constexpr double kSampling = 0.07;  // three standard deviations of a ratio from 4000 runs
+  EXPECT_GT(honesty(1.0), 1.1 + kSampling);
+  EXPECT_NEAR(honesty(gate_cost(4.0, 1)), 1.0, kSampling);
+}
+
+TEST(GateCost, AWideGateCostsNothing) {
+  for (std::size_t dof = 1; dof <= 24; ++dof) {
+    EXPECT_GT(gate_cost(ChiSquareTable(0.95).quantile(dof), dof), 1.03) << dof;
+    EXPECT_NEAR(gate_cost(1e3, dof), 1.0, 1e-12) << dof;
+  }
 }
 
 TEST(ChiSquareDeathTest, ThereIsNoGateWithoutRows) {
