@@ -129,6 +129,18 @@ TEST_F(Options, AFullDiskLeavesNothingHalfWritten) {
   EXPECT_EQ(std::distance(fs::directory_iterator(results_.path()), {}), 1);
 }
 
+TEST_F(Options, TellsWhenTheTableCannotBePrinted) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const std::string printed_nowhere = "exec 3>/dev/full; printed() { \"$@\" >&3; }; printed ";
+  for (const std::string& arguments : {asl() + out(), std::string("--list-params")}) {
+    SCOPED_TRACE(arguments);
+    const ReplayResult result = run_replay(arguments, printed_nowhere);
+    EXPECT_EQ(result.exit_code, 1) << result.error;
+    EXPECT_NE(result.error.find("standard output: writing failed"), std::string::npos) << result.error;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 7);  // what was flown is there all the same
+}
+
 TEST_F(Options, AFailureLeavesEarlierResultsAsTheyWere) {
   ASSERT_EQ(run_replay(asl() + out()).exit_code, 0);
   const std::string before = content_of(out_ / "states.csv");
@@ -164,6 +176,7 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
       {asl() + " --params " + quoted(odd), "range.min_range must be below range.max_range"},
       {asl() + " --out /dev/null/x", "/dev/null"},
       {asl() + " --record /proc/no_folder/x.lcm", "/proc/no_folder"},
+      {asl() + " --out " + quoted(out_) + " --record " + quoted(out_ / "states.csv"), "is being written already"},
       {asl() + " --lcm nonsense://x", "LCM cannot use 'nonsense://x'"},
       {"--asl /nowhere", "/nowhere: not a folder"},
   };

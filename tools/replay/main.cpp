@@ -167,6 +167,7 @@ int run(int argc, char** argv) {
     } else {
       replay(arguments);
     }
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) throw WriteError("standard output");
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {

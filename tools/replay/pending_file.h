@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 
 namespace plumb::replay {
 
@@ -12,11 +13,30 @@ class WriteError : public std::runtime_error {
  public:
   explicit WriteError(const std::filesystem::path& file)
       : std::runtime_error(file.string() + ": writing failed; is the disk full?") {}
+  WriteError(const std::filesystem::path& file, const std::string& problem)
+      : std::runtime_error(file.string() + ": " + problem) {}
+};
+
+/// Keeps everyone else who asks for it from a file, this process included, until it goes.
+class FileLock {
+ public:
+  FileLock() = default;
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+
+  /// Makes the file if needed and locks it; leaves its content alone. False, with errno set, when it cannot be opened
+  /// or somebody else has it (EWOULDBLOCK).
+  bool take(const std::filesystem::path& file);
+
+ private:
+  int descriptor_ = -1;
 };
 
 class PendingFile {
  public:
-  /// Creates FILE.partial, and the folder if needed. Throws InputError when that is not possible.
+  /// Creates FILE.partial, and the folder if needed. Throws InputError when that is not possible, or when somebody else
+  /// is writing it: another run, or another option of this one.
   explicit PendingFile(std::filesystem::path file);
   /// Removes FILE.partial unless committed.
   ~PendingFile();
@@ -29,12 +49,13 @@ class PendingFile {
   void check() const;
   /// Flushes and closes. Throws WriteError when anything could not be written.
   void close();
-  /// Gives the file its name. Precondition: close() was called.
+  /// Gives the file its name. Throws WriteError. Precondition: close() was called.
   void commit();
 
  private:
   std::filesystem::path file_;
   std::filesystem::path temporary_;
+  FileLock lock_;
   std::FILE* stream_ = nullptr;
   bool committed_ = false;
 };

@@ -39,6 +39,47 @@ TEST(PendingFile, RefusesPlacesThatCannotBeWritten) {
   EXPECT_THROW(PendingFile(folder.path()), InputError);
 }
 
+// Two that write the same file would leave a mixture of both. The second one is told, the first one is not disturbed.
+TEST(PendingFile, RefusesWhatIsBeingWrittenAlready) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "a.txt";
+  {
+    PendingFile first(file);
+    std::fputs("first", first.stream());
+    std::fflush(first.stream());
+    EXPECT_THROW(PendingFile second(file), InputError);
+    first.close();
+    EXPECT_THROW(PendingFile third(file), InputError);
+    first.commit();
+  }
+  EXPECT_EQ(test::content_of(file), "first");
+  PendingFile next(file);
+  std::fputs("next", next.stream());
+  next.close();
+  next.commit();
+  EXPECT_EQ(test::content_of(file), "next");
+}
+
+TEST(PendingFile, TakesOverWhatAKilledRunLeft) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "a.txt";
+  folder.write("a.txt.partial", "much of what nobody wants any more");
+  PendingFile pending(file);
+  std::fputs("whole", pending.stream());
+  pending.close();
+  pending.commit();
+  EXPECT_EQ(test::content_of(file), "whole");
+}
+
+TEST(PendingFile, TellsANameThatWasTakenMeanwhile) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "a.txt";
+  PendingFile pending(file);
+  pending.close();
+  folder.write("a.txt/in_a_folder", "");
+  EXPECT_THROW(pending.commit(), WriteError);
+}
+
 TEST(PendingFile, TellsAFullDisk) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   const test::TemporaryFolder folder;
