@@ -90,29 +90,29 @@ void expect_common_time(const fs::path& file, Time first, Time last, const std::
 
 class AslSource final : public Source {
  public:
-  explicit AslSource(const AslOptions& options) {
-    const fs::path root = fs::is_directory(options.folder / "mav0") ? options.folder / "mav0" : options.folder;
-    if (!fs::is_directory(root))
+  explicit AslSource(const AslOptions& options)
+      : root_(fs::is_directory(options.folder / "mav0") ? options.folder / "mav0" : options.folder) {
+    if (!fs::is_directory(root_))
       throw InputError(options.folder.string() + ": not a folder; expected an ASL recording");
     for (const char* needed : {"cam0", "imu0"}) {
-      if (!fs::is_directory(root / needed)) {
-        throw InputError((root / needed).string() + ": not found; expected an ASL recording with cam0 and imu0");
+      if (!fs::is_directory(root_ / needed)) {
+        throw InputError((root_ / needed).string() + ": not found; expected an ASL recording with cam0 and imu0");
       }
     }
     session_.source = options.folder.string();
-    read_camera(root / "cam0", root / "imu0", session_.calibration);
-    read_imu(root / "imu0", session_.parameters);
-    if (options.use_range && fs::is_directory(root / "range0")) {
-      read_range_finder(root / "range0", session_.calibration, session_.parameters);
-      range_ = read_range_samples(root / "range0" / "data.csv");
+    read_camera(root_ / "cam0", root_ / "imu0", session_.calibration);
+    read_imu(root_ / "imu0", session_.parameters);
+    if (options.use_range && fs::is_directory(root_ / "range0")) {
+      read_range_finder(root_ / "range0", session_.calibration, session_.parameters);
+      range_ = read_range_samples(root_ / "range0" / "data.csv");
     }
     if (!options.use_range) session_.parameters.estimator.range.enabled = false;
     if (!options.parameters.empty()) read_parameters(options.parameters, session_.parameters);
-    imu_ = read_imu_samples(root / "imu0" / "data.csv");
-    read_images(root / "cam0");
-    expect_common_time(root / "imu0" / "data.csv", imu_.front().t, imu_.back().t, camera_);
-    if (!range_.empty()) expect_common_time(root / "range0" / "data.csv", range_.front().t, range_.back().t, camera_);
-    const fs::path truth = root / "state_groundtruth_estimate0" / "data.csv";
+    imu_ = read_imu_samples(root_ / "imu0" / "data.csv");
+    read_images(root_ / "cam0");
+    expect_common_time(root_ / "imu0" / "data.csv", imu_.front().t, imu_.back().t, camera_);
+    if (!range_.empty()) expect_common_time(root_ / "range0" / "data.csv", range_.front().t, range_.back().t, camera_);
+    const fs::path truth = root_ / "state_groundtruth_estimate0" / "data.csv";
     if (fs::exists(truth)) session_.truth = read_truth(truth);
     assembler_ = std::make_unique<FrameAssembler>(imu_, range_, camera_);
     session_.imu_samples = imu_.size();
@@ -124,17 +124,24 @@ class AslSource final : public Source {
   bool next(Tick& tick) override {
     const Status status = assembler_->next(tick.input);
     if (status == Status::kNotReady) return false;
-    if (!ok(status)) {
-      throw InputError(session_.source + ": more samples within 4 ms before " + std::to_string(tick.input.t.ns()) +
-                       " ns than a tick takes; expected at most " + std::to_string(kMaxImuPerFrame) + " IMU, " +
-                       std::to_string(kMaxRangePerFrame) + " range and 1 image");
-    }
+    if (!ok(status)) fail_crowded(tick.input.t);
     tick.image = {};
     if (tick.input.has_camera) tick.image = read_image(tick.input.camera.sequence);
     return true;
   }
 
  private:
+  [[noreturn]] void fail_crowded(Time t_tick) const {
+    struct Limit {
+      const char* folder;
+      std::size_t rows;
+    };
+    constexpr Limit kLimits[] = {{"imu0", kMaxImuPerFrame}, {"range0", kMaxRangePerFrame}, {"cam0", 1}};
+    const Limit& limit = kLimits[static_cast<std::size_t>(assembler_->crowded())];
+    throw InputError((root_ / limit.folder / "data.csv").string() + ": too many rows within the 4 ms before " +
+                     std::to_string(t_tick.ns()) + " ns; expected at most " + std::to_string(limit.rows));
+  }
+
   void read_images(const fs::path& cam0) {
     CsvReader csv(cam0 / "data.csv");
     while (csv.next()) {
@@ -165,6 +172,7 @@ class AslSource final : public Source {
             .stride = static_cast<std::int32_t>(image_.step[0])};
   }
 
+  fs::path root_;  ///< holds cam0, imu0 and what else there is
   Session session_;
   std::vector<ImuSample> imu_;
   std::vector<RangeSample> range_;

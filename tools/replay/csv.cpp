@@ -65,7 +65,7 @@ double CsvReader::number(std::size_t column) const {
 
 Time CsvReader::time() {
   std::int64_t ns = 0;
-  if (!parse(fields_[0], ns) || ns < 0) {
+  if (!parse(fields_[0], ns) || ns < 0 || ns == Time::max().ns()) {
     fail("column 1: expected a time stamp in whole nanoseconds, found '" + std::string(fields_[0]) + "'");
   }
   const Time t = Time::from_ns(ns);

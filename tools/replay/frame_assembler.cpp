@@ -35,10 +35,14 @@ Status FrameAssembler::next(InputFrame& frame) {
   if (first == Time::max()) return Status::kNotReady;
   // Tick k ends k * 4 ms after the first sample of the recording; a sample on the boundary belongs to the tick it ends.
   const std::int64_t since_start_ns = (first - t_start_).ns();
-  const std::int64_t tick = (since_start_ns + kTick.ns() - 1) / kTick.ns();
+  const std::int64_t tick = since_start_ns / kTick.ns() + (since_start_ns % kTick.ns() > 0 ? 1 : 0);
   frame.tick = static_cast<std::uint64_t>(tick);
   frame.t = t_start_ + kTick * tick;
-  if (!ok(take(imu_, frame.t, frame.imu)) || !ok(take(range_, frame.t, frame.range))) return Status::kFull;
+  crowded_ = Stream::kImu;
+  if (!ok(take(imu_, frame.t, frame.imu))) return Status::kFull;
+  crowded_ = Stream::kRange;
+  if (!ok(take(range_, frame.t, frame.range))) return Status::kFull;
+  crowded_ = Stream::kCamera;
   frame.has_camera = !camera_.empty() && camera_.front().t_exposure_mid <= frame.t;
   frame.camera = {};
   if (!frame.has_camera) return Status::kOk;

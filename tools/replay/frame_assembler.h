@@ -13,6 +13,8 @@ namespace plumb::replay {
 /// 250 Hz, the rate of the executive.
 inline constexpr Duration kTick = Duration::from_ms(4);
 
+enum class Stream : std::uint8_t { kImu, kRange, kCamera };
+
 class FrameAssembler {
  public:
   /// Each stream strictly increasing in time; they must outlive this object.
@@ -23,6 +25,8 @@ class FrameAssembler {
   /// end, kFull when one tick holds more samples of a kind than an InputFrame can (kMaxImuPerFrame, kMaxRangePerFrame,
   /// one image).
   Status next(InputFrame& frame);
+  /// After kFull: the stream that had too many samples.
+  Stream crowded() const { return crowded_; }
 
  private:
   Time first_time() const;
@@ -31,6 +35,7 @@ class FrameAssembler {
   std::span<const RangeSample> range_;
   std::span<const CameraReference> camera_;
   Time t_start_;
+  Stream crowded_ = Stream::kImu;
 };
 
 }  // namespace plumb::replay

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "tools/replay/input_error.h"
@@ -18,6 +19,22 @@ YamlFile::YamlFile(std::filesystem::path file) : file_(std::move(file)) {
     throw InputError(file_.string() + ": not readable as YAML: " + error.what());
   }
   if (!root_.IsMap()) throw InputError(file_.string() + ": expected a YAML map of keys and values");
+  expect_plain_keys(root_, 0);
+}
+
+// The limit also ends a file that holds itself, which an alias can do.
+void YamlFile::expect_plain_keys(const YAML::Node& node, int depth) const {
+  constexpr int kDeepest = 32;
+  const std::string line = file_.string() + " line " + std::to_string(node.Mark().line + 1);
+  if (depth > kDeepest) throw InputError(line + ": expected at most " + std::to_string(kDeepest) + " levels of keys");
+  if (!node.IsMap()) return;
+  std::set<std::string> keys;
+  for (const auto& entry : node) {
+    if (!entry.first.IsScalar()) throw InputError(line + ": expected keys of one word");
+    const std::string& key = entry.first.Scalar();
+    if (!keys.insert(key).second) fail_at(entry.first.Mark().line, key, "stands here twice");
+    expect_plain_keys(entry.second, depth + 1);
+  }
 }
 
 std::optional<YAML::Node> YamlFile::find(const std::string& key) const {

@@ -13,7 +13,7 @@ namespace plumb::replay {
 
 class YamlFile {
  public:
-  /// Throws InputError when the file is missing or is not a YAML map.
+  /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map.
   explicit YamlFile(std::filesystem::path file);
 
   double number(const std::string& key) const;
@@ -28,6 +28,7 @@ class YamlFile {
   [[noreturn]] void fail_at(int line, const std::string& key, const std::string& message) const;
 
  private:
+  void expect_plain_keys(const YAML::Node& node, int depth) const;
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node require(const std::string& key) const;
   double to_number(const YAML::Node& node, const std::string& key) const;

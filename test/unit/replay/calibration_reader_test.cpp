@@ -123,6 +123,10 @@ TEST(CalibrationReader, RefusesAParameterFileWhole) {
       {"imu.max_gap: 0.2\nrange.noise: .nan\n", "refused for range.noise; expected from 0.0001 to 10 m"},
       {"imu.max_gap: 0.2\nrange.noise: [1]\n", "key 'range.noise': expected a number"},
       {"imu.max_gap: 0.2\nrange.noise: {\n", "not readable as YAML"},
+      {"imu.max_gap: 0.2\nimu.max_gap: 0.3\n", "p.yaml line 2: key 'imu.max_gap': stands here twice"},
+      {"imu.max_gap: 0.2\nrange:\n  noise: 1\n  noise: 1\n", "p.yaml line 4: key 'noise': stands here twice"},
+      {"imu.max_gap: 0.2\n? [a, b]\n: 3\n", "expected keys of one word"},
+      {"imu.max_gap: 0.2\nrange: &itself\n  noise: *itself\n", "expected at most 32 levels of keys"},
       {"- 1\n", "expected a YAML map"}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.yaml);

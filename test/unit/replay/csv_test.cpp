@@ -45,6 +45,7 @@ TEST(Csv, NamesFileAndLineOfEveryFault) {
       {"time with a fraction", "1.5,2", "line 1: column 1"},
       {"negative time", "-1,2", "line 1: column 1"},
       {"time beyond 64 bits", "99999999999999999999,2", "line 1: column 1"},
+      {"time of never", "9223372036854775807,2", "line 1: column 1"},
       {"time stands still", "#t,x\n5,2\n5,2", "line 3: time stamp 5 is not after 5"},
       {"time runs back", "5,2\n4,2", "line 2: time stamp 4 is not after 5"},
       {"text for a number", "1,2x", "line 1: column 2: expected a number, found '2x'"},

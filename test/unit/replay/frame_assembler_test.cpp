@@ -64,10 +64,35 @@ TEST(FrameAssembler, TellsATickThatIsTooFull) {
   InputFrame frame;
   ASSERT_EQ(crowded.next(frame), Status::kOk);  // the first sample ends a tick of its own
   EXPECT_EQ(crowded.next(frame), Status::kFull);
+  EXPECT_EQ(crowded.crowded(), Stream::kImu);
+  std::vector<RangeSample> range;
+  for (std::size_t i = 0; i <= kMaxRangePerFrame + 1; ++i) range.push_back(range_at(static_cast<std::int64_t>(i)));
+  FrameAssembler echoes({}, range, {});
+  ASSERT_EQ(echoes.next(frame), Status::kOk);
+  EXPECT_EQ(echoes.next(frame), Status::kFull);
+  EXPECT_EQ(echoes.crowded(), Stream::kRange);
   const std::vector<CameraReference> camera{camera_at(0, 0), camera_at(1, 1), camera_at(2, 2)};
   FrameAssembler twins({}, {}, camera);
   ASSERT_EQ(twins.next(frame), Status::kOk);
   EXPECT_EQ(twins.next(frame), Status::kFull);
+  EXPECT_EQ(twins.crowded(), Stream::kCamera);
+}
+
+// A stamp at the end of time, centuries after the others, ends the recording like any other.
+TEST(FrameAssembler, ComesToAnEndAtTheEndOfTime) {
+  test::for_all(20, [](test::Generator& g) {
+    constexpr std::int64_t kEnd_ns = Time::max().ns();
+    const std::vector<ImuSample> imu{imu_at(g.integer(0, 10)), imu_at(kEnd_ns - g.integer(1, 2 * kTick.ns()))};
+    FrameAssembler assembler(imu, {}, {});
+    InputFrame frame;
+    for (const ImuSample& sample : imu) {
+      ASSERT_EQ(assembler.next(frame), Status::kOk);
+      ASSERT_EQ(frame.imu.size(), 1U);
+      EXPECT_EQ(frame.imu[0].t, sample.t);
+      EXPECT_GE(frame.t, sample.t);
+    }
+    EXPECT_EQ(assembler.next(frame), Status::kNotReady);
+  });
 }
 
 // Whatever the streams: nothing is lost, added or out of order, and no tick holds what lies after its end or belongs to
