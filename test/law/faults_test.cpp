@@ -8,6 +8,7 @@
 
 #include "fsw/base/mission_config.h"
 #include "fsw/estimator/facet_search.h"
+#include "fsw/estimator/range_model.h"
 #include "test/support/estimator_cases.h"
 #include "test/support/estimator_feed.h"
 
@@ -103,20 +104,59 @@ TEST(Faults, F18FeaturesThatShareAPixelKeepTheirIdentity) {
   });
 }
 
-// An inverse depth that an update drives to zero or below stays a regular point of the image, and never becomes a
-// facet.
+// An inverse depth that an update drives to zero or below is a point at infinity or beyond: it has an image like any
+// other, and this goes through infinity without a jump.
 TEST(Faults, F22AnInverseDepthBelowZeroDoesNoHarm) {
   test::for_all(200, [](test::Generator& g) {
     const CameraPose anchor = test::camera_seeing(g, Vec3::Zero());
-    FeatureParameters f(g.uniform(-0.5, 0.5), g.uniform(-0.5, 0.5), -std::pow(10.0, g.uniform(-9.0, -2.0)));
     CameraPose camera = anchor;
     camera.p_WC_m += g.normal_vector<3>(0.3);
-    VisualPrediction p;
-    if (ok(predict_feature(camera, anchor, f, p))) {
-      EXPECT_TRUE(p.z.allFinite() && p.by_pose.allFinite() && p.by_feature.allFinite());
+    const Vec2 z(g.uniform(-0.5, 0.5), g.uniform(-0.5, 0.5));
+    const auto seen = [&](double rho) {
+      VisualPrediction p;
+      EXPECT_EQ(predict_feature(camera, anchor, {z.x(), z.y(), rho}, p), Status::kOk) << rho;
+      EXPECT_TRUE(p.z.allFinite() && p.by_pose.allFinite() && p.by_feature.allFinite()) << rho;
+      return p;
+    };
+    const double rho = std::pow(10.0, g.uniform(-9.0, -2.0));
+    const VisualPrediction infinity = seen(0.0);
+    const Vec2 slope = infinity.by_feature.col(2);
+    const double curved = 20.0 * rho * rho + 1e-14;
+    EXPECT_LT((seen(rho).z - infinity.z - rho * slope).norm(), curved);
+    EXPECT_LT((seen(-rho).z - infinity.z + rho * slope).norm(), curved);
+  });
+}
+
+/// A camera at the place of `camera`, half a turn about its x axis away: what the one sees, the other has behind it, at
+/// a negative inverse depth.
+CameraPose turned_away(CameraPose camera) {
+  camera.R_WC = camera.R_WC * Vec3(1.0, -1.0, -1.0).asDiagonal();
+  return camera;
+}
+
+// A point behind its anchor is none, even where the formula gives one that other cameras would see.
+TEST(Faults, F22NothingBehindItsAnchorBecomesAPointOrAFacet) {
+  test::for_all(200, [](test::Generator& g) {
+    const Vec3 corners[] = {Vec3(-1.0, -1.0, g.normal(0.1)), Vec3(1.0, -1.0, g.normal(0.1)),
+                            Vec3(0.0, 1.5, g.normal(0.1))};
+    const CameraPose camera{Mat3(Vec3(1.0, -1.0, -1.0).asDiagonal()), Vec3(0.0, 0.0, g.uniform(2.0, 10.0))};
+    const Beam beam{Vec3::Zero(), Vec3::UnitZ()};
+    Facet facet;
+    for (std::size_t j = 0; j < 3; ++j) {
+      facet[j].anchor = test::camera_seeing(g, corners[j]);
+      facet[j].feature = test::feature_of(facet[j].anchor, corners[j]);
     }
+    RangePrediction range;
+    ASSERT_EQ(predict_range(camera, beam, facet, range), Status::kOk);
+
+    const auto j = static_cast<std::size_t>(g.integer(0, 2));
     Reanchoring r;
-    EXPECT_EQ(reanchor_feature(anchor, camera, f, r), Status::kInvalidValue);
+    ASSERT_EQ(reanchor_feature(facet[j].anchor, camera, facet[j].feature, r), Status::kOk);
+    facet[j].anchor = turned_away(facet[j].anchor);
+    facet[j].feature = test::feature_of(facet[j].anchor, corners[j]);
+    ASSERT_LT(facet[j].feature.z(), 0.0);
+    EXPECT_EQ(reanchor_feature(facet[j].anchor, camera, facet[j].feature, r), Status::kInvalidValue);
+    EXPECT_EQ(predict_range(camera, beam, facet, range), Status::kInvalidValue);
   });
 }
 

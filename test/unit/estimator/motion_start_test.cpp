@@ -161,6 +161,29 @@ TEST(MotionStart, RangesGiveTheSpeedOfAConstantFlight) {
   });
 }
 
+// Images alone are the same for a world of any size, so a constant flight has its scale from the ranges: all of the
+// steps must see them, or the answer would not follow them; the covariance too, or it would not know what they told.
+TEST(MotionStart, TheRangesStandInEveryStepAndInTheCovariance) {
+  test::for_all(12, [](test::Generator& g) {
+    const double speed = g.uniform(1.0, 4.0);
+    Window w(cruise(g.uniform(3.0, 12.0), Vec3(speed, 0.0, 0.0)));
+    add_imu(w, 1.2, g);
+    add_images(w, 1.2, g);
+    add_ranges(w, 1.2, g);
+    const Result<StartSolution> s = solve(w);
+    ASSERT_TRUE(s.has_value());
+    EXPECT_LT(s->velocity_sigma_m_s, 0.1 * speed);
+    EXPECT_LT(velocity_error(w, *s), 4.0 * s->velocity_sigma_m_s);
+
+    const double stretch = g.uniform(0.8, 1.25);
+    for (StartRange& range : w.problem.ranges) range.range_m *= stretch;
+    const Result<StartSolution> stretched = solve(w);
+    ASSERT_TRUE(stretched.has_value());
+    EXPECT_NEAR(stretched->core.motion.v_WI_m_s.norm() / s->core.motion.v_WI_m_s.norm(), stretch, 0.02);
+    EXPECT_GE(stretched->ranges_fitting, 8U);
+  });
+}
+
 TEST(MotionStart, RefusesAWindowWithoutFlow) {
   test::for_all(6, [](test::Generator& g) {
     Window w(cruise(5.0, Vec3::Zero()));
