@@ -146,6 +146,56 @@ TEST(Stillness, TurningAndShakingAreNotStillToTheImu) {
   });
 }
 
+/// The verdict on an IMU that reads the same all the time but for `shake`, from 0.4 to 0.9 s of `seen_s` seconds.
+bool still_to_the_imu(double rate_hz, double seen_s, const Vec3& accel,
+                      const std::function<ImuSample(ImuSample)>& shake, const EstimatorOptions& options = {}) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  for (int k = 0; k / rate_hz <= seen_s; ++k) {
+    ImuSample s;
+    s.t = Time::from_seconds(k / rate_hz);
+    Eigen::Map<Vec3>(s.accel_m_s2.data()) = accel;
+    EXPECT_EQ(imu->push(shake(s)), Status::kOk);
+  }
+  return imu_is_still(*imu, Time::from_seconds(0.4), Time::from_seconds(0.9), options);
+}
+const auto kNoShake = [](ImuSample s) { return s; };
+const Vec3 kRest(0.0, 0.0, kGravity);
+
+TEST(Stillness, EveryPartOfTheImuCanSayThatItMoves) {
+  test::for_all(20, [](test::Generator& g) {
+    const Vec3 axis = g.direction();
+    const double amplitude = g.uniform(0.1, 1.0);
+    ASSERT_TRUE(still_to_the_imu(kImuRate_Hz, 1.0, kRest, kNoShake));
+    EXPECT_FALSE(still_to_the_imu(kImuRate_Hz, 1.0, kRest, [&](ImuSample s) {
+      Eigen::Map<Vec3>(s.gyro_rad_s.data()) += amplitude * std::sin(50.0 * s.t.seconds()) * axis;  // turns to and fro
+      return s;
+    }));
+    EXPECT_FALSE(still_to_the_imu(kImuRate_Hz, 1.0, g.uniform(1.06, 1.3) * kRest, kNoShake));  // climbs, ever faster
+    EXPECT_FALSE(still_to_the_imu(kImuRate_Hz, 1.0, g.uniform(0.7, 0.94) * kRest, kNoShake));
+  });
+}
+
+TEST(Stillness, PartOfAWindowOrAFewSamplesAreNoEvidence) {
+  EXPECT_FALSE(still_to_the_imu(kImuRate_Hz, 0.85, kRest, kNoShake));  // nothing is known of the end
+  EXPECT_FALSE(still_to_the_imu(10.0, 1.0, kRest, kNoShake));
+}
+
+// An IMU that is noisier than the limits stands still all the same, if its noise is known.
+TEST(Stillness, TheNoiseOfTheImuIsNoMotion) {
+  test::for_all(10, [](test::Generator& g) {
+    EstimatorOptions noisy;
+    noisy.imu.gyro_noise_density = noisy.start.still_gyro_rad_s / std::sqrt(kImuRate_Hz);
+    noisy.imu.accel_noise_density = noisy.start.still_accel_m_s2 / std::sqrt(kImuRate_Hz);
+    const auto noise = [&](ImuSample s) {
+      Eigen::Map<Vec3>(s.gyro_rad_s.data()) += g.normal_vector<3>(noisy.start.still_gyro_rad_s);
+      Eigen::Map<Vec3>(s.accel_m_s2.data()) += g.normal_vector<3>(noisy.start.still_accel_m_s2);
+      return s;
+    };
+    EXPECT_TRUE(still_to_the_imu(kImuRate_Hz, 1.0, kRest, noise, noisy));
+    EXPECT_FALSE(still_to_the_imu(kImuRate_Hz, 1.0, kRest, noise));
+  });
+}
+
 TEST(Stillness, WithoutSamplesNothingIsStill) {
   const auto imu = std::make_unique<ImuBuffer>();
   EXPECT_FALSE(imu_is_still(*imu, Time::from_seconds(0.0), Time::from_seconds(0.5), EstimatorOptions{}));
@@ -164,6 +214,17 @@ TEST(Stillness, ImagesNeedAWindowAndFeatures) {
     EXPECT_FALSE(images.update(sparse).still);
     images.clear();
     EXPECT_FALSE(images.update(frame_at(flight, 5.0, 0.0, g)).still);
+  });
+}
+
+TEST(Stillness, ClearedImagesAreNoEvidence) {
+  test::for_all(1, [](test::Generator& g) {
+    ImageStillness<kTracks> images(StartOptions{}, lens());
+    const Flight flight{[](double) { return Vec3(0.0, 0.0, 5.0); }};
+    for (int k = 0; k < 30; ++k) images.update(frame_at(flight, k / kImageRate_Hz, 0.0, g));
+    ASSERT_TRUE(images.update(frame_at(flight, 1.0, 0.0, g)).still);
+    images.clear();
+    EXPECT_FALSE(images.update(frame_at(flight, 1.1, 0.0, g)).still);
   });
 }
 
