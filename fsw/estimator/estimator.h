@@ -56,8 +56,19 @@ class Estimator {
   /// The features in the state, for pictures and logs.
   const FixedVector<SlamFeature, Config::kMaxSlamFeatures>& slam_features() const { return state_.features; }
   const EstimatorCounters& counters() const { return counters_; }
-  /// 64-bit hash over the nominal state and the whole covariance, every bit of them.
-  std::uint64_t state_hash() const { return state_.hash(); }
+  /// 64-bit hash over all that is carried from image to image once the filter runs, every bit of it: the nominal state,
+  /// the whole covariance, the tracks, what is remembered of ranges. Two estimators that agree in it and are given the
+  /// same from now on agree for ever. Samples that wait to be used are not in it: when they arrive does not matter.
+  std::uint64_t state_hash() const {
+    Hash64 h;
+    h.add(state_.hash());
+    for (const SlamFeature& feature : state_.features)
+      h.add(static_cast<std::uint64_t>(feature.consecutive_rejections));
+    tracks_.add_to(h);
+    range_.add_to(h);
+    for (const Time t : {last_visual_t_, last_range_t_}) h.add(static_cast<std::uint64_t>(t.ns()));
+    return h.value();
+  }
 
  private:
   using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;

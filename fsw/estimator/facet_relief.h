@@ -116,6 +116,9 @@ class FacetRepeats {
  public:
   void clear() { last_W_m_.reset(); }
   void used(const Vec3& impact_W_m) { last_W_m_ = impact_W_m; }
+  void add_to(Hash64& hash) const {
+    if (last_W_m_) hash.add(last_W_m_->data(), 3);
+  }
 
   /// Variance, m^2, of the white noise that carries as much information, range after range, as device noise r and an
   /// error of variance s^2 of which each range shares the part c with the last: r + s^2 (1 + c) / (1 - c).

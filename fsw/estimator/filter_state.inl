@@ -118,11 +118,14 @@ std::uint64_t FilterState<Config>::hash() const {
   h.add(core.b_gyro_rad_s.data(), 3);
   h.add(core.b_accel_m_s2.data(), 3);
   for (std::size_t slot : window_) {
+    h.add(std::uint64_t{slot});
+    h.add(std::uint64_t{poses_[slot].sequence});
     h.add(poses_[slot].q_WC.coeffs().data(), 4);
     h.add(poses_[slot].camera.p_WC_m.data(), 3);
   }
   for (const SlamFeature& feature : features) {
     h.add(std::uint64_t{feature.track_id});
+    h.add(std::uint64_t{feature.anchor_slot});
     h.add(feature.parameters.data(), 3);
   }
   const ConstMatrixView p = covariance();

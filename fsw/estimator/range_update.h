@@ -26,6 +26,8 @@ class RangeUpdate {
 
   /// Forgets the facets of a flight that has been reset.
   void clear() { repeats_.clear(); }
+  /// What is remembered from range to range.
+  void add_to(Hash64& hash) const { repeats_.add_to(hash); }
   /// Precondition: the state stands at the time of the range. Says in the report what became of it.
   /// kNumericalFault only when the covariance is unsound.
   Status fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m, FrameReport& report);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "fsw/base/hash.h"
 #include "fsw/math/so3.h"
 #include "fsw/vision/feature_frame.h"
 
@@ -76,6 +77,19 @@ class TrackTable {
       }
     }
     return low < tracks_.size() && tracks_[low].id == id ? &tracks_[low] : nullptr;
+  }
+
+  /// Every bit of every track.
+  void add_to(Hash64& hash) const {
+    for (const TrackType& track : tracks_) {
+      const std::uint64_t flags = (track.alive ? 1U : 0U) | (track.in_state ? 2U : 0U) | (track.banned ? 4U : 0U);
+      for (const std::uint64_t word : {std::uint64_t{track.id}, std::uint64_t{track.age}, flags}) hash.add(word);
+      hash.add(std::uint64_t{track.samples.size()});
+      for (const TrackSample& sample : track.samples) {
+        hash.add(std::uint64_t{sample.sequence});
+        hash.add(sample.z.data(), 2);
+      }
+    }
   }
 
  private:

@@ -233,5 +233,29 @@ TEST(EstimatorInputs, ASilentRangeFinderIsNotHeardAgain) {
   EXPECT_LE(feed.estimator->counters().ranges_used, used + 1);
 }
 
+// A feature seen for the first time changes nothing yet, but it will: the hash must not wait until then to tell two
+// runs apart.
+TEST(EstimatorInputs, TheHashSeesWhatHasNoEffectYet) {
+  const auto fly = [](bool one_more) {
+    Feed feed(test::lively_scene(2.0), test::quick_settings(true));
+    feed.fly_until(1.9);
+    feed.on_frame = [one_more](Feed::Frame& frame) {
+      if (one_more) {
+        EXPECT_EQ(frame.observations.push_back({4'000'000'000U, 0.0F, 0.0F, 0.4, 0.3}), Status::kOk);
+      }
+      return true;
+    };
+    const std::uint64_t before = feed.estimator->counters().frames;
+    for (double t_s = 1.9; feed.estimator->counters().frames == before; t_s += 1e-3) feed.fly_until(t_s);
+    return std::pair(feed.estimator->state(), feed.estimator->state_hash());
+  };
+  const auto [state, hash] = fly(false);
+  const auto [same_state, other_hash] = fly(true);
+  EXPECT_EQ(state.covariance, same_state.covariance);
+  EXPECT_EQ(state.p_WI_m, same_state.p_WI_m);
+  EXPECT_NE(hash, other_hash);
+  EXPECT_EQ(fly(true).second, other_hash);
+}
+
 }  // namespace
 }  // namespace plumb

@@ -27,6 +27,7 @@ TEST(EstimatorRecovery, AGapInTheImuStartsItAnew) {
   EXPECT_EQ(feed.estimator->state().mode, NavMode::kInitialising);
   EXPECT_EQ(feed.estimator->state().reset_count, 1U);
   EXPECT_EQ(feed.estimator->counters().imu_gaps, 1U);
+  EXPECT_EQ(feed.estimator->counters().imu_overflow, 0U);  // by the gap itself, not by what it leaves in the buffer
   EXPECT_EQ(feed.estimator->counters().resets, 1U);
   feed.fly_until(7.0);
   EXPECT_TRUE(feed.estimator->state().valid);
@@ -154,7 +155,10 @@ TEST(EstimatorRecovery, AResetForgetsEverything) {
   lose(flown, kReset_s);
   flown.fly_until(kReset_s);
   ASSERT_TRUE(flown.estimator->state().valid);
+  const std::uint64_t of_a_new_one = fresh.estimator->state_hash();
+  EXPECT_NE(flown.estimator->state_hash(), of_a_new_one);
   flown.estimator->reset();
+  EXPECT_EQ(flown.estimator->state_hash(), of_a_new_one);
   EXPECT_EQ(flown.estimator->state().reset_count, 1U);
   EXPECT_FALSE(flown.estimator->state().valid);
   flown.fly_until(kEnd_s);
