@@ -182,6 +182,34 @@ TEST(RangeUpdate, TheGateIsWhereItIsSaidToBe) {
 }
 
 // A range on the same spot says nothing about the ground that the last one did not; one far away is the first again.
+// The ground about the facet is off its plane: what one range has told of it, the next one at the same place does not
+// tell again.
+TEST(RangeUpdate, OverRoughGroundARepeatedRangeTellsLittle) {
+  test::for_all(20, [](test::Generator& g) {
+    Case c = any_case(g);
+    add_triangle(c, 1, Vec2::Zero(), 0.15);
+    const double plane_m = c.distance_m;
+    const double turn = g.uniform(0.0, 6.0);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      c.distance_m = plane_m * (k == 1 ? 1.2 : 0.8);
+      c.add_feature(10 + k, 0.3 * Vec2(std::cos(turn + 2.0 * k), std::sin(turn + 2.0 * k)));
+    }
+    c.distance_m = plane_m;
+    RangeUpdate<TinyConfig> update(c.options, c.calibration);
+    const auto innovation_sigma = [&] {
+      State untouched = *c.state;
+      c.report = {};
+      EXPECT_EQ(update.fuse(untouched, *c.stack, c.range_m(), c.report), Status::kOk);
+      EXPECT_EQ(c.report.range_outcome, RangeOutcome::kUsed);
+      return c.report.range_sigma_m;
+    };
+    const double first = innovation_sigma();
+    EXPECT_GT(innovation_sigma(), 10.0 * first);
+    update.clear();
+    EXPECT_DOUBLE_EQ(innovation_sigma(), first);
+  });
+}
+
 TEST(FacetRepeats, AnErrorThatRepeatsCountsOnce) {
   constexpr double kNoise_m = 0.03;
   constexpr double kRelief_m = 0.5;
