@@ -1,6 +1,7 @@
 #include "fsw/estimator/chi_square.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "fsw/base/assert.h"
@@ -41,7 +42,11 @@ double chi_square_cdf(double x, std::size_t dof) {
   return 1.0 - tail;
 }
 
-double gate_cost(double limit, std::size_t dof) { return chi_square_cdf(limit, dof) / chi_square_cdf(limit, dof + 2); }
+double gate_cost(double limit, std::size_t dof) {
+  const double a = chi_square_cdf(limit, dof);
+  const double b = chi_square_cdf(limit, dof + 2);
+  return 2.0 * b > a ? b / (2.0 * b - a) : std::numeric_limits<double>::infinity();
+}
 
 ChiSquareTable::ChiSquareTable(double probability) {
   for (std::size_t i = 0; i < kMaxGateRows; ++i) {

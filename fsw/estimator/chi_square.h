@@ -12,8 +12,10 @@ inline constexpr std::size_t kMaxGateRows = 64;
 double chi_square_cdf(double x, std::size_t dof);
 
 /// By what factor the noise variance of those measurements must be raised that pass a gate at `limit` (a squared
-/// Mahalanobis distance of `dof` rows), so that they pay for the good ones that it refuses. Good measurements under a
-/// gate lower the mean squared error by P(dof + 2) of what all of them would, the covariance by P(dof).
+/// Mahalanobis distance of `dof` rows), so that they pay for the good ones that it refuses. Of a small gain K the
+/// covariance takes a = P(dof) on average, the correction b = P(dof + 2): refused are those that contradict most. Mean
+/// squared error and covariance then go as dV = (b K^2 R - 2 b K V) and dP = -a K P, equal when R is taken b / (2 b -
+/// a) times too large. Infinite for a gate so narrow that no factor helps.
 double gate_cost(double limit, std::size_t dof);
 
 class ChiSquareTable {

@@ -41,8 +41,10 @@ Innovation innovation(const State& state, std::size_t i) {
 }
 
 TEST(VisualUpdate, TheSlamGateHasTwoDegreesOfFreedom) {
-  test::for_all(40, [](test::Generator& g) {
-    VisualCase c;
+  VisionOptions options = test::visual_case_options();
+  options.gate_probability = 0.95;
+  test::for_all(40, [&options](test::Generator& g) {
+    VisualCase c(options);
     c.fill(g, 1, 0, 0);
     const Innovation predicted = innovation(*c.state, 0);
     const double angle = g.uniform(0.0, 6.28);
