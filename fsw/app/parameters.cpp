@@ -69,7 +69,7 @@ constexpr std::array kRows{
     range<&RangeOptions::noise_m>("range.noise", "m", 1e-4, 10.0, "1 sigma of the device"),
     range<&RangeOptions::min_range_m>("range.min_range", "m", 0.0, 100.0, "shorter ranges are invalid"),
     range<&RangeOptions::max_range_m>("range.max_range", "m", 0.1, 10000.0, "longer ranges are invalid"),
-    range<&RangeOptions::gate_sigma>("range.gate_sigma", "1", 0.1, 100.0, "Mahalanobis gate of a range"),
+    range<&RangeOptions::gate_sigma>("range.gate_sigma", "1", 1.5, 100.0, "Mahalanobis gate of a range"),
     range<&RangeOptions::max_age_s>("range.max_age", "s", 0.0, 10.0, "a range older than this is stale"),
     range<&RangeOptions::max_incidence_deg>("range.max_incidence", "deg", 0.0, 89.9,
                                             "largest angle between beam and facet normal"),

@@ -66,7 +66,9 @@ class Estimator {
       h.add(static_cast<std::uint64_t>(feature.consecutive_rejections));
     tracks_.add_to(h);
     range_.add_to(h);
-    for (const Time t : {last_visual_t_, last_range_t_}) h.add(static_cast<std::uint64_t>(t.ns()));
+    h.add(last_range_depth_m_);
+    for (const Time t : {last_visual_t_, last_range_t_, last_range_sample_t_})
+      h.add(static_cast<std::uint64_t>(t.ns()));
     return h.value();
   }
 
@@ -76,6 +78,8 @@ class Estimator {
   Status fuse_image(const Frame& frame);
   Status fuse_ranges_until(Time t, bool including);
   void drop_oldest_range(RangeOutcome outcome);
+  /// Takes the oldest range out of the queue: from here on it is the last one that is known.
+  RangeSample take_range();
   void propagate_to(Time t);
   void make_room_for_clone();
   StandingNoise standing_noise() const;

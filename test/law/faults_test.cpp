@@ -196,6 +196,28 @@ TEST(Faults, F26WhenSamplesArriveDoesNotMatter) {
   EXPECT_EQ(late.estimator->state_hash(), hashes[processed - 1]);
 }
 
+// Nor on how early: a range that is there before an older image is used with it is not yet known to that image.
+TEST(Faults, F26ARangeThatComesEarlyDoesNotMatter) {
+  const sim::Scene scene = test::lively_scene(3.0);
+  Feed prompt(scene, test::quick_settings(true));
+  Feed late(scene, test::quick_settings(true));
+  std::vector<Feed::Frame> held;  // the ranges go on meanwhile
+  late.on_frame = [&](Feed::Frame& frame) {
+    held.push_back(frame);
+    if (held.size() < 5) return false;
+    for (const Feed::Frame& one : held) EXPECT_EQ(late.estimator->process(one), Status::kOk);
+    held.clear();
+    return false;
+  };
+  std::vector<std::uint64_t> hashes;
+  prompt.after_frame = [&](Status) { hashes.push_back(prompt.estimator->state_hash()); };
+  prompt.fly_until(3.0);
+  late.fly_until(3.0);
+  const std::size_t processed = hashes.size() - hashes.size() % 5;
+  ASSERT_GT(processed, 80U);
+  EXPECT_EQ(late.estimator->state_hash(), hashes[processed - 1]);
+}
+
 // Two images that both lie between the same two IMU samples see two different states.
 TEST(Faults, F26TheStateIsThatOfTheImageTime) {
   sim::FlightSettings settings = test::quick_settings(false);

@@ -118,7 +118,7 @@ TEST(CalibrationReader, RefusesAParameterFileWhole) {
   };
   const Case cases[] = {
       {"imu.max_gap: 0.2\nrange:\n  gate: 3\n", "p.yaml line 3: key 'range.gate': no parameter has this name"},
-      {"imu.max_gap: 0.2\nrange.gate_sigma: 1e9\n", "1e+09 refused for range.gate_sigma; expected from 0.1 to 100"},
+      {"imu.max_gap: 0.2\nrange.gate_sigma: 1e9\n", "1e+09 refused for range.gate_sigma; expected from 1.5 to 100"},
       {"imu.max_gap: 0.2\nvision.tiles_x: 2.5\n", "expected a whole number from 1 to 8"},
       {"imu.max_gap: 0.2\nrange.noise: .nan\n", "refused for range.noise; expected from 0.0001 to 10 m"},
       {"imu.max_gap: 0.2\nrange.noise: [1]\n", "key 'range.noise': expected a number"},
