@@ -75,7 +75,11 @@ class Browser:
     ) -> None:
         """Ends the browser."""
         self._process.terminate()
-        self._process.wait(10.0)
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:  # a busy machine; leaving it behind would make that worse
+            self._process.kill()
+            self._process.wait()
         os.close(self._read)
         os.close(self._write)
 
