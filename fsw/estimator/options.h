@@ -29,15 +29,15 @@ struct ImuOptions {
 };
 
 struct VisionOptions {
-  double pixel_noise_px = 1.0;      ///< 1 sigma of a tracked feature, its drift from image to image included
-  double gate_probability = 0.999;  ///< chi-square gate of visual rows
-  double min_parallax_px = 6.0;     ///< rotation-free track extent needed to triangulate
-  double min_depth_m = 0.2;         ///< semi-infinite start: rho0 = 1/(2 d_min)
-  double max_depth_m = 300.0;       ///< beyond this a triangulated feature is not used
-  int min_track_length = 4;         ///< observations an ended track must have to be used
-  int slam_min_track_length = 6;    ///< observations before a track may enter the state without parallax
-  int max_rejections = 3;           ///< consecutive gate failures that evict a SLAM feature
-  int tiles_x = 4;                  ///< SLAM features are spread over tiles_x x tiles_y
+  double pixel_noise_px = 1.0;     ///< 1 sigma of a tracked feature, its drift from image to image included
+  double gate_probability = 0.99;  ///< chi-square gate of visual rows
+  double min_parallax_px = 6.0;    ///< rotation-free track extent needed to triangulate
+  double min_depth_m = 0.2;        ///< semi-infinite start: rho0 = 1/(2 d_min)
+  double max_depth_m = 300.0;      ///< beyond this a triangulated feature is not used
+  int min_track_length = 4;        ///< observations an ended track must have to be used
+  int slam_min_track_length = 6;   ///< observations before a track may enter the state without parallax
+  int max_rejections = 3;          ///< consecutive gate failures that evict a SLAM feature
+  int tiles_x = 4;                 ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
 };
 

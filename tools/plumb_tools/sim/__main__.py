@@ -150,16 +150,20 @@ def _simulate(arguments: argparse.Namespace) -> None:
     print(f"{target}: {plan.length_s:.1f} s of flight in {took:.0f} s")
 
 
+def _ignore(_signal: int, _frame: FrameType | None) -> None:
+    """Not SIG_IGN: Python tells of a signal that had come before it was set, with a traceback."""
+
+
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:
     """Once: whoever stops a program often does so twice, and clearing up must not be stopped."""
     for stopping in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(stopping, signal.SIG_IGN)
+        signal.signal(stopping, _ignore)
     raise KeyboardInterrupt
 
 
 def _is_interrupted(error: BaseException) -> bool:
     """Whether an error comes of an interrupt: within a lock of the standard library one turns into another error."""
-    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    ignored = signal.getsignal(signal.SIGINT) is _ignore
     return isinstance(error, KeyboardInterrupt) or (isinstance(error, RuntimeError) and ignored)
 
 
