@@ -12,10 +12,12 @@ inline constexpr std::size_t kMaxGateRows = 64;
 double chi_square_cdf(double x, std::size_t dof);
 
 /// By what factor the noise variance of those measurements must be raised that pass a gate at `limit` (a squared
-/// Mahalanobis distance of `dof` rows), so that they pay for the good ones that it refuses. Of a small gain K the
-/// covariance takes a = P(dof) on average, the correction b = P(dof + 2): refused are those that contradict most. Mean
-/// squared error and covariance then go as dV = (b K^2 R - 2 b K V) and dP = -a K P, equal when R is taken b / (2 b -
-/// a) times too large. Infinite for a gate so narrow that no factor helps.
+/// Mahalanobis distance of `dof` rows), so that they pay for the good ones that it refuses. With a small gain K the
+/// covariance loses a = P(dof) of what it would without a gate, the error only b = P(dof + 2), because those that
+/// contradict most are refused. For mean squared error V, covariance P and true noise R, per measurement
+///   dV = b K^2 R - 2 b K V,  dP = -a K P,
+/// which stay equal when the filter takes R for b / (2 b - a) times as much. Infinite where the gate is so narrow that
+/// no factor helps.
 double gate_cost(double limit, std::size_t dof);
 
 class ChiSquareTable {

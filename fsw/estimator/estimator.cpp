@@ -173,6 +173,11 @@ void Estimator<Config>::drop_oldest_range(RangeOutcome outcome) {
 }
 
 template <class Config>
+void Estimator<Config>::drop_ranges_before(Time t, RangeOutcome outcome) {
+  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range(outcome);
+}
+
+template <class Config>
 RangeSample Estimator<Config>::take_range() {
   const RangeSample range = ranges_.front();
   ranges_.erase(0);

@@ -78,6 +78,7 @@ class Estimator {
   Status fuse_image(const Frame& frame);
   Status fuse_ranges_until(Time t, bool including);
   void drop_oldest_range(RangeOutcome outcome);
+  void drop_ranges_before(Time t, RangeOutcome outcome);
   /// Takes the oldest range out of the queue: from here on it is the last one that is known.
   RangeSample take_range();
   void propagate_to(Time t);

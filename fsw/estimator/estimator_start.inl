@@ -36,7 +36,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   state_.t = t;
   state_.core = core;
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
-  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range(RangeOutcome::kStale);
+  drop_ranges_before(t, RangeOutcome::kStale);
   initialised_ = true;
 }
 
@@ -63,7 +63,7 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   CoreState core;
   core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
   state_.clear();
-  while (!ranges_.empty() && ranges_.front().t < frame.t) drop_oldest_range(RangeOutcome::kStale);  // tell the depth
+  drop_ranges_before(frame.t, RangeOutcome::kStale);  // they tell the depth to standing_noise()
   const StandingNoise noise = standing_noise();
   begin_filter(frame.t, core, start_covariance(kRestTilt, noise.velocity_m_s));
   stack_.begin(state_);
@@ -95,7 +95,7 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
   propagate_to(frame.t);
-  while (!ranges_.empty() && ranges_.front().t < frame.t) drop_oldest_range(RangeOutcome::kUsed);  // in the solution
+  drop_ranges_before(frame.t, RangeOutcome::kUsed);  // they are in the solution
   start_window_.clear();
   return fuse_image(frame);
 }

@@ -147,13 +147,19 @@ TEST(MotionStart, ExcitationGivesVelocityTiltAndBiasesWithinTheirSigmas) {
   });
 }
 
+/// A window of images and ranges at constant speed.
+Window ranged_cruise(double speed_m_s, test::Generator& g) {
+  Window w(cruise(g.uniform(3.0, 12.0), Vec3(speed_m_s, 0.0, 0.0)));
+  add_imu(w, 1.2, g);
+  add_images(w, 1.2, g);
+  add_ranges(w, 1.2, g);
+  return w;
+}
+
 TEST(MotionStart, RangesGiveTheSpeedOfAConstantFlight) {
   test::for_all(12, [](test::Generator& g) {
     const double speed = g.uniform(1.0, 4.0);
-    Window w(cruise(g.uniform(3.0, 12.0), Vec3(speed, 0.0, 0.0)));
-    add_imu(w, 1.2, g);
-    add_images(w, 1.2, g);
-    add_ranges(w, 1.2, g);
+    Window w = ranged_cruise(speed, g);
     const Result<StartSolution> s = solve(w);
     ASSERT_TRUE(s.has_value());
     EXPECT_NEAR(s->core.motion.v_WI_m_s.norm(), speed, 0.08 * speed);
@@ -166,10 +172,7 @@ TEST(MotionStart, RangesGiveTheSpeedOfAConstantFlight) {
 TEST(MotionStart, TheRangesStandInEveryStepAndInTheCovariance) {
   test::for_all(12, [](test::Generator& g) {
     const double speed = g.uniform(1.0, 4.0);
-    Window w(cruise(g.uniform(3.0, 12.0), Vec3(speed, 0.0, 0.0)));
-    add_imu(w, 1.2, g);
-    add_images(w, 1.2, g);
-    add_ranges(w, 1.2, g);
+    Window w = ranged_cruise(speed, g);
     const Result<StartSolution> s = solve(w);
     ASSERT_TRUE(s.has_value());
     EXPECT_LT(s->velocity_sigma_m_s, 0.1 * speed);
