@@ -48,7 +48,8 @@ def _box(points: FloatArray) -> tuple[dict[str, float], bool]:
     sides = np.ptp(points, axis=0)
     relative = sides / max(float(sides.max()), 1e-9)
     drawn = np.maximum(relative, MIN_BOX_SIDE)
-    return dict(zip("xyz", (drawn * BOX_DIAGONAL / np.linalg.norm(drawn)).tolist(), strict=True)), bool(np.allclose(relative, drawn))
+    box = drawn * BOX_DIAGONAL / np.linalg.norm(drawn)
+    return dict(zip("xyz", box.tolist(), strict=True)), bool(np.allclose(relative, drawn))
 
 
 def _space(model: Model, ground: Ground | None) -> Panel:
