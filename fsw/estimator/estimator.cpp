@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/estimator/estimator_ranges.inl"
 #include "fsw/estimator/estimator_start.inl"
 
 namespace plumb {
@@ -25,7 +26,7 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
     : options_(options),
       calibration_(calibration),
       observer_(observer),
-      visual_(options.vision, calibration),
+      visual_(options.vision, calibration, options.range.max_features),
       range_(options.range, calibration),
       image_stillness_(options.start, calibration),
       start_window_(options, calibration) {}
@@ -42,6 +43,7 @@ void Estimator<Config>::reset() {
   standing_ = false;
   last_visual_t_ = Time::never();
   last_range_t_ = Time::never();
+  last_ranged_track_t_ = Time::never();
   last_range_sample_t_ = Time::never();
   last_range_depth_m_ = 0.0;
   const std::uint32_t resets = nav_.reset_count + 1;
@@ -80,39 +82,6 @@ Status Estimator<Config>::add_imu(const ImuSample& sample) {
 }
 
 template <class Config>
-Status Estimator<Config>::add_range(const RangeSample& sample) {
-  ++counters_.ranges;
-  if (!options_.range.enabled) return Status::kOk;
-  const bool usable = sample.quality == RangeQuality::kValid && sample.range_m >= options_.range.min_range_m &&
-                      sample.range_m <= options_.range.max_range_m;
-  if (!usable) {
-    ++counters_.ranges_invalid;
-    return Status::kInvalidValue;
-  }
-  const Time newest = ranges_.empty() ? last_frame_t_ : std::max(last_frame_t_, ranges_.back().t);
-  if (sample.t <= newest && newest != Time::never() && !(ranges_.empty() && sample.t == newest)) {
-    ++counters_.ranges_stale;
-    return Status::kStale;
-  }
-  if (ranges_.full()) drop_oldest_range(RangeOutcome::kStale);
-  return ranges_.push_back(sample);
-}
-
-template <class Config>
-MotionPrediction Estimator<Config>::predict_motion(Time t) const {
-  MotionPrediction out;
-  if (last_frame_t_ == Time::never() || !imu_.spans(last_frame_t_, t)) return out;
-  Quat dq = Quat::Identity();
-  const Vec3 bias = initialised_ ? state_.core.b_gyro_rad_s : Vec3::Zero();
-  imu_.for_each_interval(last_frame_t_, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
-    dq = dq * so3_exp((0.5 * (a.gyro_rad_s + b.gyro_rad_s) - bias) * dt);
-  });
-  out.valid = true;
-  out.q_CnowCprev = (calibration_.q_IC.conjugate() * dq.conjugate() * calibration_.q_IC).normalized();
-  return out;
-}
-
-template <class Config>
 Status Estimator<Config>::process(const Frame& frame) {
   ++counters_.frames;
   report_ = {};
@@ -148,12 +117,12 @@ Status Estimator<Config>::process(const Frame& frame) {
 
 template <class Config>
 Status Estimator<Config>::fuse_image(const Frame& frame) {
+  tracks_.append(frame);  // first: the tracks at the laser's spots take their ranges
   Status status = fuse_ranges_until(frame.t, false);
   if (!ok(status)) return status;
   {
     StageScope scope(observer_, Stage::kPropagation);
     propagate_to(frame.t);
-    tracks_.append(frame);
     make_room_for_clone();
     state_.clone_camera(frame.sequence, calibration_.q_IC, calibration_.p_IC_m);
   }
@@ -164,26 +133,6 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
   status = fuse_ranges_until(frame.t, true);
   if (!ok(status)) return status;
   return state_.healthy() ? Status::kOk : Status::kNumericalFault;
-}
-
-template <class Config>
-void Estimator<Config>::drop_oldest_range(RangeOutcome outcome) {
-  take_range();
-  count_range(counters_, outcome);
-}
-
-template <class Config>
-void Estimator<Config>::drop_ranges_before(Time t, RangeOutcome outcome) {
-  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range(outcome);
-}
-
-template <class Config>
-RangeSample Estimator<Config>::take_range() {
-  const RangeSample range = ranges_.front();
-  ranges_.erase(0);
-  last_range_depth_m_ = (calibration_.p_CR_m + range.range_m * calibration_.u_C).z();
-  last_range_sample_t_ = range.t;
-  return range;
 }
 
 template <class Config>
@@ -198,26 +147,6 @@ void Estimator<Config>::propagate_to(Time t) {
 }
 
 template <class Config>
-Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
-  while (!ranges_.empty() && (ranges_.front().t < t || (including && ranges_.front().t == t))) {
-    const RangeSample range = take_range();  // used once, whatever becomes of it
-    report_.range_outcome = RangeOutcome::kStale;
-    const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
-    if (fresh) {
-      {
-        StageScope scope(observer_, Stage::kPropagation);
-        propagate_to(range.t);
-      }
-      StageScope scope(observer_, Stage::kRange);
-      if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
-      if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
-    }
-    count_range(counters_, report_.range_outcome);
-  }
-  return Status::kOk;
-}
-
-template <class Config>
 void Estimator<Config>::make_room_for_clone() {
   const auto& window = state_.window();
   // While nothing moves, the newest pose is replaced instead of the oldest: the window keeps the baseline it has.
@@ -228,6 +157,7 @@ void Estimator<Config>::make_room_for_clone() {
       for (std::size_t i = track.samples.size(); i-- > 0;) {
         if (track.samples[i].sequence == gone) track.samples.erase(i);
       }
+      if (track.range && track.range->sequence == gone) track.range.reset();
     }
   } else if (window.full()) {
     state_.drop_pose(0);

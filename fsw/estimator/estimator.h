@@ -3,6 +3,7 @@
 // Everything is a function of the sequence of calls; nothing here allocates, waits or reads a clock.
 
 #include <cstdint>
+#include <optional>
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
@@ -39,7 +40,8 @@ class Estimator {
 
   /// True when the buffered IMU reaches t, so that process() at t can integrate exactly to it.
   bool imu_reaches(Time t) const { return imu_.newest() >= t; }
-  /// Camera rotation from the last processed image to t, from the gyro and the bias estimate.
+  /// Camera rotation from the last processed image to t, from the gyro and the bias estimate; and where in the image at
+  /// t the spots of the ranges so far are.
   MotionPrediction predict_motion(Time t) const;
 
   /// Fuses everything up to the image time and then the image. kNotReady while initialising (state().valid is false);
@@ -67,7 +69,7 @@ class Estimator {
     tracks_.add_to(h);
     range_.add_to(h);
     h.add(last_range_depth_m_);
-    for (const Time t : {last_visual_t_, last_range_t_, last_range_sample_t_})
+    for (const Time t : {last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_})
       h.add(static_cast<std::uint64_t>(t.ns()));
     return h.value();
   }
@@ -81,6 +83,16 @@ class Estimator {
   void drop_ranges_before(Time t, RangeOutcome outcome);
   /// Takes the oldest range out of the queue: from here on it is the last one that is known.
   RangeSample take_range();
+  /// The spot of a laser, seen from the camera some time later.
+  struct LaserSpot {
+    Vec2 z = Vec2::Zero();  ///< normalised image plane
+    double depth_m = 0.0;   ///< along the optical axis
+    double cos_axis = 0.0;  ///< between beam and optical axis
+  };
+  std::optional<LaserSpot> laser_spot(const RangeSample& range, Time t) const;
+  bool moves_across(const LaserSpot& spot, Time t) const;
+  bool tracks_serve(Time t) const;
+  bool give_to_track(const RangeSample& range, Time t);
   void propagate_to(Time t);
   void make_room_for_clone();
   StandingNoise standing_noise() const;
@@ -118,7 +130,8 @@ class Estimator {
   NavState given_;
   Time last_frame_t_;
   Time last_visual_t_;
-  Time last_range_t_;  ///< the last range that was used
+  Time last_range_t_;         ///< the last range that was used
+  Time last_ranged_track_t_;  ///< the last range that a track took
   Time last_range_sample_t_;
   double last_range_depth_m_ = 0.0;  ///< along the optical axis; zero: none yet
 

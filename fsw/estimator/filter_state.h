@@ -24,6 +24,7 @@ struct SlamFeature {
   std::size_t anchor_slot = 0;
   FeatureParameters parameters = FeatureParameters::Zero();
   int consecutive_rejections = 0;
+  bool ranged = false;  ///< it started from a ranged track
 };
 
 template <class Config>

@@ -29,15 +29,16 @@ struct ImuOptions {
 };
 
 struct VisionOptions {
-  double pixel_noise_px = 1.0;     ///< 1 sigma of a tracked feature, its drift from image to image included
-  double gate_probability = 0.99;  ///< chi-square gate of visual rows
-  double min_parallax_px = 6.0;    ///< rotation-free track extent needed to triangulate
-  double min_depth_m = 0.2;        ///< semi-infinite start: rho0 = 1/(2 d_min)
-  double max_depth_m = 300.0;      ///< beyond this a triangulated feature is not used
-  int min_track_length = 4;        ///< observations an ended track must have to be used
-  int slam_min_track_length = 6;   ///< observations before a track may enter the state without parallax
-  int max_rejections = 3;          ///< consecutive gate failures that evict a SLAM feature
-  int tiles_x = 4;                 ///< SLAM features are spread over tiles_x x tiles_y
+  double pixel_noise_px = 1.0;          ///< 1 sigma of a tracked feature, its drift from image to image included
+  double gate_probability = 0.99;       ///< chi-square gate of visual rows
+  double min_parallax_px = 6.0;         ///< rotation-free track extent needed to triangulate
+  double ranged_min_parallax_px = 1.0;  ///< the same for a track with a range: enough to tell a false echo
+  double min_depth_m = 0.2;             ///< semi-infinite start: rho0 = 1/(2 d_min)
+  double max_depth_m = 300.0;           ///< beyond this a triangulated feature is not used
+  int min_track_length = 4;             ///< observations an ended track must have to be used
+  int slam_min_track_length = 6;        ///< observations before a track may enter the state without parallax
+  int max_rejections = 3;               ///< consecutive gate failures that evict a SLAM feature
+  int tiles_x = 4;                      ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
 };
 
@@ -50,6 +51,11 @@ struct RangeOptions {
   double max_age_s = 0.1;           ///< older than this against the horizon: stale
   double max_incidence_deg = 75.0;  ///< between the beam and the facet's normal
   double max_facet_edge = 0.6;      ///< longest edge in the normalised image plane
+  bool feature = true;              ///< give ranges to the tracks at the laser's spot
+  bool facet = true;                ///< compare ranges with the facet under them
+  double facet_after_s = 1.0;       ///< but only when no track has taken a range for so long; 0: whenever none took it
+  int max_features = 10;            ///< SLAM features that may be ranged ones
+  double feature_slope = 0.5;       ///< of the ground under a ranged feature, for what its distance to the spot costs
 };
 
 /// Longest window that a standstill or a start in motion can be judged on: the IMU samples behind the newest image are

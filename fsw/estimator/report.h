@@ -16,6 +16,8 @@ enum class RangeOutcome : std::uint8_t {
   kStale,        ///< too old, or at or before the horizon
   kInvalid,      ///< no return, out of the device's limits, not finite
   kNotInitialised,
+  kFeature,  ///< given to the feature track at the laser's spot
+  kSpare,    ///< no track took it, but others lately took theirs: the facet was not asked
 };
 
 struct FrameReport {
@@ -26,9 +28,12 @@ struct FrameReport {
   std::uint32_t slam_added = 0;
   std::uint32_t msckf_used = 0;
   std::uint32_t msckf_rejected = 0;
+  std::uint32_t ranged_used = 0;  ///< of the tracks used, those with a range
+  std::uint32_t ranged_rejected = 0;
   std::uint32_t ranges_used = 0;
   RangeOutcome range_outcome = RangeOutcome::kNone;  ///< of the newest range of this frame
   std::array<std::uint32_t, 3> range_facet{};  ///< track ids of the facet's vertices; all zero: none under the beam
+  std::uint32_t range_feature = 0;             ///< id of the track that took the range, when one did
   double range_measured_m = 0.0;
   double range_predicted_m = 0.0;
   double range_sigma_m = 0.0;  ///< of the innovation
@@ -46,6 +51,8 @@ struct EstimatorCounters {
   std::uint64_t frames_without_imu = 0;
   std::uint64_t ranges = 0;
   std::uint64_t ranges_used = 0;
+  std::uint64_t ranges_feature = 0;
+  std::uint64_t ranges_spare = 0;
   std::uint64_t ranges_gated = 0;
   std::uint64_t ranges_no_facet = 0;
   std::uint64_t ranges_bad_geometry = 0;
@@ -59,6 +66,8 @@ struct EstimatorCounters {
 inline void count_range(EstimatorCounters& counters, RangeOutcome outcome) {
   switch (outcome) {
     case RangeOutcome::kUsed: ++counters.ranges_used; return;
+    case RangeOutcome::kFeature: ++counters.ranges_feature; return;
+    case RangeOutcome::kSpare: ++counters.ranges_spare; return;
     case RangeOutcome::kGated: ++counters.ranges_gated; return;
     case RangeOutcome::kNoFacet: ++counters.ranges_no_facet; return;
     case RangeOutcome::kBadGeometry: ++counters.ranges_bad_geometry; return;

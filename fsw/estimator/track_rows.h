@@ -1,7 +1,8 @@
 #pragma once
 // The rows of one feature track that is not in the state (paper section III-B, MSCKF): all its observations stacked,
 // the feature's own columns taken out by an orthogonal transformation. What is left sees poses only; what was taken out
-// is the start of a SLAM feature, should it become one (delayed initialisation).
+// is the start of a SLAM feature, should it become one (delayed initialisation). A ranged track has one row more: its
+// inverse depth in the image that belongs to the range.
 
 #include "fsw/estimator/chi_square.h"
 #include "fsw/estimator/covariance.h"
@@ -16,7 +17,7 @@ template <std::size_t MaxPoses>
 struct TrackRows {
   static constexpr std::size_t kPoseColumns = kPoseSize * MaxPoses;
   static constexpr std::size_t kColumns = kFeatureSize + kPoseColumns + 1;
-  static constexpr std::size_t kMaxRows = 2 * MaxPoses;
+  static constexpr std::size_t kMaxRows = 2 * MaxPoses + 1;
 
   FeatureParameters feature = FeatureParameters::Zero();
   std::size_t anchor_slot = 0;
@@ -31,17 +32,39 @@ struct TrackRows {
   ConstMatrixView feature_rows() const { return work.view().block(0, 0, kFeatureSize, kColumns); }
 };
 
-/// Triangulates and stacks, whitened by sigma (normalised plane). Fails as triangulate() does, or kIllConditioned when
-/// the observations do not determine the feature's depth.
+/// The last row of a ranged track: its inverse depth in the view of the range, which is what reanchor_feature() gives
+/// there. Beam and lever arm are in the known depth already.
 template <std::size_t MaxPoses>
-Status build_track_rows(const Views& views, const TriangulationLimits& limits, double sigma, TrackRows<MaxPoses>& out) {
+Status add_range_row(const Views& views, const KnownDepth& known, TrackRows<MaxPoses>& out) {
+  const View& anchor = views.back();
+  const View& there = views[known.view];
+  Reanchoring ranged;
+  if (!ok(reanchor_feature(anchor.camera, there.camera, out.feature, ranged))) return Status::kRejected;
+  MatrixView all = out.work.view(out.rows, TrackRows<MaxPoses>::kColumns);
+  const std::size_t row = out.rows - 1;
+  std::fill_n(all.row(row), all.cols(), 0.0);
+  all.template fixed<1, 3>(row, 0) = ranged.by_feature.row(2) / known.sigma_1_m;
+  if (known.view != views.size() - 1) {
+    all.template fixed<1, 6>(row, kFeatureSize + kPoseSize * there.pose_slot) = ranged.by_to.row(2) / known.sigma_1_m;
+    all.template fixed<1, 6>(row, kFeatureSize + kPoseSize * anchor.pose_slot) =
+        ranged.by_from.row(2) / known.sigma_1_m;
+  }
+  all(row, all.cols() - 1) = (known.rho_1_m - ranged.feature.z()) / known.sigma_1_m;
+  return Status::kOk;
+}
+
+/// Triangulates and stacks, whitened by sigma (normalised plane). Fails as triangulate() does, or kIllConditioned when
+/// the observations do not determine the feature's depth. `known`: the range of a ranged track, or null.
+template <std::size_t MaxPoses>
+Status build_track_rows(const Views& views, const TriangulationLimits& limits, double sigma, TrackRows<MaxPoses>& out,
+                        const KnownDepth* known = nullptr) {
   constexpr double kMinDepthInformation = 1e-3;  // diagonal of the whitened triangle; 1/m
   const std::size_t anchor = views.size() - 1;
-  const Result<FeatureParameters> feature = triangulate(views, anchor, limits);
+  const Result<FeatureParameters> feature = triangulate(views, anchor, limits, known);
   if (!feature) return feature.status();
   out.feature = *feature;
   out.anchor_slot = views[anchor].pose_slot;
-  out.rows = 2 * views.size();
+  out.rows = 2 * views.size() + (known != nullptr ? 1 : 0);
   MatrixView all = out.work.view(out.rows, TrackRows<MaxPoses>::kColumns);
   for (std::size_t i = 0; i < views.size(); ++i) {
     VisualPrediction prediction;
@@ -59,6 +82,7 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
     all(2 * i, all.cols() - 1) = residual.x();
     all(2 * i + 1, all.cols() - 1) = residual.y();
   }
+  if (known != nullptr && !ok(add_range_row(views, *known, out))) return Status::kRejected;
   triangularise(all, kFeatureSize);
   for (std::size_t k = 0; k < kFeatureSize; ++k) {
     if (!(std::abs(all(k, k)) > kMinDepthInformation)) return Status::kIllConditioned;

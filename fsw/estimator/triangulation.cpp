@@ -34,7 +34,20 @@ struct NormalEquations {
   bool in_front = true;
 };
 
-NormalEquations linearise(const Views& views, std::size_t anchor, const FeatureParameters& feature) {
+void add_known_depth(const Views& views, std::size_t anchor, const FeatureParameters& feature, const KnownDepth& known,
+                     NormalEquations& n) {
+  Reanchoring there;
+  n.in_front = ok(reanchor_feature(views[anchor].camera, views[known.view].camera, feature, there));
+  if (!n.in_front) return;
+  const Vec3 row = known.weight * there.by_feature.row(2).transpose();
+  const double r = known.weight * (known.rho_1_m - there.feature.z());
+  n.a += row * row.transpose();
+  n.b += row * r;
+  n.cost += r * r;
+}
+
+NormalEquations linearise(const Views& views, std::size_t anchor, const FeatureParameters& feature,
+                          const KnownDepth* known) {
   NormalEquations n;
   for (const View& view : views) {
     VisualPrediction prediction;
@@ -47,7 +60,19 @@ NormalEquations linearise(const Views& views, std::size_t anchor, const FeatureP
     n.b += prediction.by_feature.transpose() * r;
     n.cost += r.squaredNorm();
   }
+  if (known != nullptr) add_known_depth(views, anchor, feature, *known, n);
   return n;
+}
+
+/// Where to start from: the ray of the anchor and the depth that fits all views best, or the point that the range says.
+FeatureParameters first_guess(const Views& views, std::size_t anchor, const KnownDepth* known) {
+  const Vec2& z = views[anchor].z;
+  if (known == nullptr) return {z.x(), z.y(), linear_inverse_depth(views, anchor)};
+  const View& there = views[known->view];
+  Reanchoring here;
+  const FeatureParameters ranged(there.z.x(), there.z.y(), known->rho_1_m);
+  const bool in_front = ok(reanchor_feature(there.camera, views[anchor].camera, ranged, here));
+  return in_front ? here.feature : FeatureParameters::Zero();
 }
 
 }  // namespace
@@ -63,14 +88,13 @@ double parallax(const Views& views, std::size_t anchor) {
   return largest;
 }
 
-Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, const TriangulationLimits& limits) {
+Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, const TriangulationLimits& limits,
+                                      const KnownDepth* known) {
   PLUMB_ASSERT(views.size() >= 2 && anchor < views.size());
-  if (parallax(views, anchor) < limits.min_parallax) return Status::kIllConditioned;
-  const double rho_start = linear_inverse_depth(views, anchor);
-  if (!(rho_start > 0.0)) return Status::kRejected;
-
-  FeatureParameters feature(views[anchor].z.x(), views[anchor].z.y(), rho_start);
-  NormalEquations now = linearise(views, anchor, feature);
+  if (known == nullptr && parallax(views, anchor) < limits.min_parallax) return Status::kIllConditioned;
+  FeatureParameters feature = first_guess(views, anchor, known);
+  if (!(feature.z() > 0.0)) return Status::kRejected;
+  NormalEquations now = linearise(views, anchor, feature, known);
   if (!now.in_front) return Status::kRejected;
   double damping = 1e-4;
   for (int i = 0; i < kMaxIterations && damping < kMaxDamping; ++i) {
@@ -78,7 +102,7 @@ Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, co
     a.diagonal() *= 1.0 + damping;
     const Vec3 step = a.ldlt().solve(now.b);
     const FeatureParameters trial = feature + step;
-    const NormalEquations next = linearise(views, anchor, trial);
+    const NormalEquations next = linearise(views, anchor, trial, known);
     if (!next.in_front || !(next.cost <= now.cost)) {  // a step that does not lower the cost is not taken
       damping *= 10.0;
       continue;
@@ -88,7 +112,8 @@ Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, co
     damping *= 0.1;
     if (step.squaredNorm() <= kConverged * kConverged * feature.squaredNorm()) break;
   }
-  const double rms = std::sqrt(now.cost / (2.0 * static_cast<double>(views.size())));
+  const double rows = 2.0 * static_cast<double>(views.size()) + (known != nullptr ? 1.0 : 0.0);
+  const double rms = std::sqrt(now.cost / rows);
   if (!feature.allFinite() || !(rms <= limits.max_rms)) return Status::kRejected;
   const double rho = feature.z();
   if (!(rho * limits.max_depth_m >= 1.0) || !(rho * limits.min_depth_m <= 1.0)) return Status::kRejected;

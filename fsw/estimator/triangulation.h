@@ -18,6 +18,14 @@ struct View {
 };
 using Views = FixedVector<View, kMaxTrackLength>;
 
+/// The depth of a track in one of its views, from a range: inverse depth along the optical axis there.
+struct KnownDepth {
+  std::size_t view = 0;
+  double rho_1_m = 0.0;
+  double sigma_1_m = 0.0;
+  double weight = 0.0;  ///< sigma of an observation over sigma_1_m: what an error in rho counts among the observations
+};
+
 struct TriangulationLimits {
   double min_parallax = 0.01;  ///< normalised-plane extent of the rotation-free track
   double max_rms = 0.01;       ///< of the reprojection residual, normalised plane
@@ -30,6 +38,8 @@ double parallax(const Views& views, std::size_t anchor);
 
 /// The feature in the camera of views[anchor]. kIllConditioned: too little parallax or no convergence;
 /// kRejected: behind a camera, out of the depth limits, or residual too large. Precondition: 2 views or more.
-Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, const TriangulationLimits& limits);
+/// With a known depth (may be null) no parallax is needed.
+Result<FeatureParameters> triangulate(const Views& views, std::size_t anchor, const TriangulationLimits& limits,
+                                      const KnownDepth* known = nullptr);
 
 }  // namespace plumb

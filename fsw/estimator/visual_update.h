@@ -2,6 +2,9 @@
 // One image into the filter: SLAM features, tracks that end or fill the window (MSCKF), and the start of new features,
 // all in one joint update (paper section III-B, hybrid SLAM-MSCKF).
 
+#include <algorithm>
+#include <optional>
+
 #include "fsw/base/stage_observer.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/track_rows.h"
@@ -23,7 +26,8 @@ class VisualUpdate {
   using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
   using Layout = ErrorLayout<Config>;
 
-  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration);
+  /// `max_ranged`: features in the state that may be ranged ones; they go before others.
+  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged);
 
   /// Preconditions: the newest window pose is that of the image just appended to `tracks`. Ended tracks are used and
   /// then dropped from the table. kNumericalFault: the state cannot be trusted any more.
@@ -41,6 +45,7 @@ class VisualUpdate {
     std::uint32_t track_id = 0;
     FeatureParameters feature = FeatureParameters::Zero();
     std::size_t anchor_slot = 0;
+    bool ranged = false;
     MatrixStorage<kFeatureSize, Rows::kColumns> rows;
   };
 
@@ -52,6 +57,11 @@ class VisualUpdate {
   void insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report);
   void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
 
+  /// May become a feature or an MSCKF measurement: it shows parallax. A ranged track needs less, but some, because
+  /// without any nothing would tell a false echo.
+  bool determined(const State& state, const TrackType& track) const;
+  /// A track that is as long as the window and may become a feature; null when there is none or no place for it.
+  TrackType* next_start(const State& state, Table& tracks) const;
   Views views_of(const State& state, const TrackType& track) const;
   std::size_t tile_of(const Vec2& z) const;
   /// Of the tracks that pass, the one in the emptiest tile, then the oldest, then the lowest id; null when none passes.
@@ -60,9 +70,11 @@ class VisualUpdate {
   void count_tiles(const State& state, Table& tracks);
 
   VisionOptions options_;
+  std::size_t max_ranged_;
   Vec2 half_fov_;
   double sigma_;  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
+  double ranged_min_parallax_ = 0.0;
   ChiSquareTable gate_;
 
   MatrixStorage<Rows::kPoseColumns, Rows::kPoseColumns + 1> compressed_;

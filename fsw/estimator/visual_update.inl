@@ -4,14 +4,16 @@
 namespace plumb {
 
 template <class Config>
-VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration)
+VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged)
     : options_(options),
+      max_ranged_(static_cast<std::size_t>(max_ranged)),
       half_fov_(calibration.half_fov_x, calibration.half_fov_y),
       sigma_(options.pixel_noise_px / calibration.focal_px),
       gate_(options.gate_probability) {
   PLUMB_ASSERT(static_cast<std::size_t>(options.tiles_x * options.tiles_y) <= kMaxTiles);
   constexpr double kMaxResidualSigmas = 3.0;
   limits_.min_parallax = options.min_parallax_px / calibration.focal_px;
+  ranged_min_parallax_ = options.ranged_min_parallax_px / calibration.focal_px;
   limits_.max_rms = kMaxResidualSigmas * sigma_;
   limits_.max_depth_m = options.max_depth_m;
 }
@@ -46,7 +48,7 @@ void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
     const bool evict = feature.consecutive_rejections > options_.max_rejections;
     if (track != nullptr && evict) {
       track->banned = true;
-      track->samples.clear();
+      track->use_up();
     }
     if (evict || track == nullptr || !track->alive) {
       state.remove_feature(i);
@@ -63,7 +65,7 @@ void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStac
     SlamFeature& feature = state.features[i];
     TrackType* track = tracks.find(feature.track_id);
     const Vec2 seen = track->samples.back().z;
-    track->samples.clear();  // every observation is used once
+    track->use_up();  // every observation is used once
     VisualPrediction prediction;
     bool accepted = ok(predict_feature(state.pose(here).camera, state.pose(feature.anchor_slot).camera,
                                        feature.parameters, prediction));
@@ -100,6 +102,41 @@ Views VisualUpdate<Config>::views_of(const State& state, const TrackType& track)
   return views;
 }
 
+/// The range of a track and the view it belongs to; nothing when that view has left the window.
+inline std::optional<KnownDepth> known_depth(const std::optional<TrackRange>& range, std::size_t slot,
+                                             const Views& views, double sigma) {
+  if (!range) return std::nullopt;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (views[i].pose_slot == slot) return KnownDepth{i, range->rho_1_m, range->sigma_1_m, sigma / range->sigma_1_m};
+  }
+  return std::nullopt;
+}
+
+template <class Config>
+bool VisualUpdate<Config>::determined(const State& state, const TrackType& track) const {
+  const Views views = views_of(state, track);
+  if (views.size() < static_cast<std::size_t>(options_.min_track_length)) return false;
+  const bool ranged = track.range && state.slot_of(track.range->sequence) != Config::kMaxPoses;
+  return parallax(views, views.size() - 1) >= (ranged ? ranged_min_parallax_ : limits_.min_parallax);
+}
+
+template <class Config>
+typename VisualUpdate<Config>::TrackType* VisualUpdate<Config>::next_start(const State& state, Table& tracks) const {
+  if (state.features.size() + pending_count_ >= Config::kMaxSlamFeatures || pending_count_ >= kMaxStarts)
+    return nullptr;
+  const auto can_start = [&](const TrackType& t) {
+    return t.alive && t.samples.size() == Config::kMaxPoses && determined(state, t);
+  };
+  const auto is_ranged = [](const auto& f) { return f.ranged; };
+  const auto ranged = std::count_if(state.features.begin(), state.features.end(), is_ranged) +
+                      std::count_if(pending_.begin(), pending_.begin() + pending_count_, is_ranged);
+  if (static_cast<std::size_t>(ranged) < max_ranged_) {
+    TrackType* best = best_for_start(tracks, [&](const TrackType& t) { return t.range && can_start(t); });
+    if (best != nullptr) return best;
+  }
+  return best_for_start(tracks, [&](const TrackType& t) { return !t.range && can_start(t); });
+}
+
 template <class Config>
 void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& report) {
   pending_count_ = 0;
@@ -108,16 +145,11 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
   std::size_t budget = Config::kMaxMsckfPerFrame;
 
   // Those that may become features come first: as many as there are free places.
-  const std::size_t free = Config::kMaxSlamFeatures - state.features.size();
-  const auto can_start = [&](const TrackType& t) { return t.alive && full(t); };
-  for (std::size_t tries = 0; tries < 2 * kMaxStarts && pending_count_ < std::min(free, kMaxStarts) && budget > 0;
-       ++tries) {
-    TrackType* track = best_for_start(tracks, [&](const TrackType& t) {
-      return can_start(t) && parallax(views_of(state, t), Config::kMaxPoses - 1) >= limits_.min_parallax;
-    });
+  for (std::size_t tries = 0; tries < 2 * kMaxStarts && budget > 0; ++tries) {
+    TrackType* track = next_start(state, tracks);
     if (track == nullptr) break;
     if (add_track(state, *track, true, report)) ++tiles_[tile_of(track->samples.back().z)];
-    track->samples.clear();
+    track->use_up();
     --budget;
   }
   // Then the long and the ended, longest first.
@@ -127,11 +159,9 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
       if (budget == 0) return;
       if (track.in_state || track.banned || track.samples.size() != length) continue;
       if (track.alive && !full(track)) continue;
-      const Views views = views_of(state, track);
-      if (views.size() < static_cast<std::size_t>(options_.min_track_length)) continue;
-      if (parallax(views, views.size() - 1) < limits_.min_parallax) continue;
+      if (!determined(state, track)) continue;
       add_track(state, track, false, report);
-      track.samples.clear();
+      track.use_up();
       --budget;
     }
   }
@@ -141,15 +171,23 @@ template <class Config>
 bool VisualUpdate<Config>::add_track(State& state, TrackType& track, bool may_start, FrameReport& report) {
   const ConstMatrixView poses =
       state.covariance().block(Layout::kPoses, Layout::kPoses, Rows::kPoseColumns, Rows::kPoseColumns);
-  const bool accepted =
-      ok(build_track_rows(views_of(state, track), limits_, sigma_, rows_)) && passes_gate(rows_, poses, gate_);
+  const Views views = views_of(state, track);
+  const auto known =
+      known_depth(track.range, track.range ? state.slot_of(track.range->sequence) : Config::kMaxPoses, views, sigma_);
+  const auto agrees = [&](const KnownDepth* with) {
+    return ok(build_track_rows(views, limits_, sigma_, rows_, with)) && passes_gate(rows_, poses, gate_);
+  };
+  const bool ranged = known && agrees(&*known);
+  const bool accepted = ranged || agrees(nullptr);  // a false echo is no fault of the track
   ++(accepted ? report.msckf_used : report.msckf_rejected);
+  if (known) ++(ranged ? report.ranged_used : report.ranged_rejected);
   if (!accepted) return false;
   if (may_start) {
     PendingFeature& pending = pending_[pending_count_++];
     pending.track_id = track.id;
     pending.feature = rows_.feature;
     pending.anchor_slot = rows_.anchor_slot;
+    pending.ranged = ranged;
     const ConstMatrixView from = rows_.feature_rows();
     for (std::size_t r = 0; r < kFeatureSize; ++r) std::copy_n(from.row(r), from.cols(), pending.rows.view().row(r));
   }
@@ -197,7 +235,8 @@ void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const dou
       for (std::size_t r = 0; r < kFeatureSize; ++r)
         jacobian(r, Layout::kPoses + c) = solved(static_cast<Eigen::Index>(r));
     }
-    SlamFeature feature{pending.track_id, pending.anchor_slot, pending.feature + h2_inverse * residual, 0};
+    const SlamFeature feature{pending.track_id, pending.anchor_slot, pending.feature + h2_inverse * residual, 0,
+                              pending.ranged};
     if (!feature.parameters.allFinite() || !(feature.parameters.z() > 0.0)) continue;
     Support support;
     static_cast<void>(support.push_back({Layout::kPoses, Rows::kPoseColumns}));
@@ -217,11 +256,11 @@ void VisualUpdate<Config>::start_without_parallax(State& state, Table& tracks, c
     });
     if (track == nullptr) return;
     const Vec2 z = track->samples.back().z;
-    const SlamFeature feature{track->id, state.window().back(), FeatureParameters(z.x(), z.y(), prior.rho), 0};
+    const SlamFeature feature{track->id, state.window().back(), FeatureParameters(z.x(), z.y(), prior.rho), 0, false};
     const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, prior.sigma * prior.sigma);
     if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
     track->in_state = true;
-    track->samples.clear();
+    track->use_up();
     ++tiles_[tile_of(z)];
     ++report.slam_added;
   }

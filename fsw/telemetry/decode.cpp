@@ -53,9 +53,12 @@ FrameReport report_of(const nav_state_t& message) {
   report.slam_added = count(message.slam_added);
   report.msckf_used = count(message.msckf_used);
   report.msckf_rejected = count(message.msckf_rejected);
+  report.ranged_used = count(message.ranged_used);
+  report.ranged_rejected = count(message.ranged_rejected);
   report.ranges_used = count(message.ranges_used);
   report.range_outcome = static_cast<RangeOutcome>(message.range_outcome);
   for (std::size_t i = 0; i < report.range_facet.size(); ++i) report.range_facet[i] = count(message.range_facet[i]);
+  report.range_feature = count(message.range_feature);
   report.range_measured_m = message.range_measured_m;
   report.range_predicted_m = message.range_predicted_m;
   report.range_sigma_m = message.range_sigma_m;
@@ -70,7 +73,7 @@ Status decode(MessageBytes bytes, NavStateRecord& record) {
   if (!read(bytes, message)) return Status::kInvalidValue;
   const bool in_range = is_flag(message.valid) && is_flag(message.zero_velocity) &&
                         is_enum(message.mode, NavMode::kInertial) &&
-                        is_enum(message.range_outcome, RangeOutcome::kNotInitialised);
+                        is_enum(message.range_outcome, RangeOutcome::kSpare);
   if (!in_range) return Status::kInvalidValue;
   record.t_image = Time::from_ns(message.time_ns);
   record.sequence = static_cast<std::uint32_t>(message.sequence);

@@ -45,9 +45,12 @@ void fill_report(const FrameReport& report, nav_state_t& message) {
   message.slam_added = as_signed(report.slam_added);
   message.msckf_used = as_signed(report.msckf_used);
   message.msckf_rejected = as_signed(report.msckf_rejected);
+  message.ranged_used = as_signed(report.ranged_used);
+  message.ranged_rejected = as_signed(report.ranged_rejected);
   message.ranges_used = as_signed(report.ranges_used);
   message.range_outcome = static_cast<std::int8_t>(report.range_outcome);
   for (std::size_t i = 0; i < report.range_facet.size(); ++i) message.range_facet[i] = as_signed(report.range_facet[i]);
+  message.range_feature = as_signed(report.range_feature);
   message.range_measured_m = report.range_measured_m;
   message.range_predicted_m = report.range_predicted_m;
   message.range_sigma_m = report.range_sigma_m;
@@ -65,6 +68,8 @@ void fill_counters(const EstimatorCounters& counters, nav_health_t& message) {
   message.frames_without_imu = as_signed(counters.frames_without_imu);
   message.ranges = as_signed(counters.ranges);
   message.ranges_used = as_signed(counters.ranges_used);
+  message.ranges_feature = as_signed(counters.ranges_feature);
+  message.ranges_spare = as_signed(counters.ranges_spare);
   message.ranges_gated = as_signed(counters.ranges_gated);
   message.ranges_no_facet = as_signed(counters.ranges_no_facet);
   message.ranges_bad_geometry = as_signed(counters.ranges_bad_geometry);

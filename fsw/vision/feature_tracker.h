@@ -29,6 +29,7 @@ struct TrackerReport {
   std::uint32_t lost_texture = 0;     ///< a new patch was due and there was not enough texture for one
   std::uint32_t reanchored = 0;       ///< given a new patch
   std::uint32_t started = 0;          ///< new features
+  std::uint32_t started_wanted = 0;   ///< of these, at points that the filter asked for
   std::uint32_t searched_tiles = 0;   ///< tiles in which corners were looked for
   bool outliers_judged = false;       ///< false: too few tracks or no common motion, and so nothing was rejected
 };
@@ -80,10 +81,12 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   void drop_crowded();
   void renew_patches();
   std::uint32_t drop_unkept();
+  void start_wanted(const MotionPrediction& motion);
+  bool crowded(const Vec2& pixel) const;
   void detect();
   void search_tile(std::size_t tile, std::int32_t wanted);
   void start_tracks(std::int32_t quota);
-  void start_track(const Corner& corner);
+  bool start_track(const Corner& corner);
   void publish(const CameraFrame& frame, FeatureFrame<MaxTracks>& out) const;
   bool locate(Track& track) const;
   bool inside(double u_px, double v_px) const;

@@ -81,6 +81,7 @@ Status FeatureTracker<MaxTracks, Kernels>::track(const CameraFrame& frame, const
     drop_crowded();
     renew_patches();
   }
+  start_wanted(motion);
   detect();
   publish(frame, out);
   return Status::kOk;
@@ -265,6 +266,29 @@ std::uint32_t FeatureTracker<MaxTracks, Kernels>::drop_unkept() {
   return static_cast<std::uint32_t>(before - tracks_.size());
 }
 
+// Each gets the patch that is there, no corner needed: its alignment asks only for texture in both directions, which
+// taking the patch checks. They come on top of max_features, as far as there is room.
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::start_wanted(const MotionPrediction& motion) {
+  for (const Vec2& wanted : motion.wanted) {
+    Vec2 pixel;
+    if (tracks_.full() || !wanted.allFinite() || !ok(camera_.distort(wanted, pixel))) continue;
+    if (!inside(pixel.x(), pixel.y()) || crowded(pixel)) continue;
+    if (start_track({static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), 0.0F})) ++report_.started_wanted;
+  }
+}
+
+/// True where a new track would be dropped for running into an older one.
+template <std::size_t MaxTracks, class Kernels>
+bool FeatureTracker<MaxTracks, Kernels>::crowded(const Vec2& pixel) const {
+  const double limit_px = tracker_detail::kCrowdedShare * options_.min_distance_px;
+  for (const Track& track : tracks_) {
+    const Vec2 other(static_cast<double>(track.u_px), static_cast<double>(track.v_px));
+    if ((other - pixel).squaredNorm() < limit_px * limit_px) return true;
+  }
+  return false;
+}
+
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::detect() {
   if (tracks_.size() >= static_cast<std::size_t>(options_.max_features)) return;
@@ -318,20 +342,20 @@ void FeatureTracker<MaxTracks, Kernels>::start_tracks(std::int32_t quota) {
 }
 
 template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::start_track(const Corner& corner) {
+bool FeatureTracker<MaxTracks, Kernels>::start_track(const Corner& corner) {
   Track track;
   track.u_px = corner.u_px;
   track.v_px = corner.v_px;
   mask_.take(corner.u_px, corner.v_px);
-  if (!locate(track)) return;  // seen through a part of the lens that the model does not cover
+  if (!locate(track)) return false;  // seen through a part of the lens that the model does not cover
   track.slot = free_slots_.back();
-  if (!anchor(track)) return;
+  if (!anchor(track)) return false;
   free_slots_.pop_back();
   track.id = next_id_++;
   track.bearing_Cprev = track.bearing_C;
   tiles_.add(corner.u_px, corner.v_px);
   ++report_.started;
-  (void)tracks_.push_back(track);
+  return ok(tracks_.push_back(track));
 }
 
 template <std::size_t MaxTracks, class Kernels>

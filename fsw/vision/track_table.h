@@ -2,6 +2,7 @@
 // Feature tracks as the estimator needs them: for every live identity, the observations not yet used by an update.
 
 #include <cstdint>
+#include <optional>
 
 #include "fsw/base/hash.h"
 #include "fsw/math/so3.h"
@@ -14,6 +15,13 @@ struct TrackSample {
   Vec2 z = Vec2::Zero();       ///< undistorted, normalised image plane
 };
 
+/// What a range finder says of the depth of a track, in one of the images it was seen in.
+struct TrackRange {
+  std::uint32_t sequence = 0;  ///< of that image
+  double rho_1_m = 0.0;        ///< inverse depth along the optical axis there
+  double sigma_1_m = 0.0;
+};
+
 template <std::size_t MaxLength>
 struct Track {
   std::uint32_t id = 0;
@@ -22,6 +30,12 @@ struct Track {
   bool in_state = false;                        ///< it is a SLAM feature
   bool banned = false;                          ///< evicted as an outlier: follow it no more
   FixedVector<TrackSample, MaxLength> samples;  ///< unused observations, oldest first, one per image at most
+  std::optional<TrackRange> range;              ///< not yet used
+
+  void use_up() {
+    samples.clear();
+    range.reset();
+  }
 };
 
 /// MaxLength is the number of poses in the window: an older observation has no pose to belong to.
@@ -89,6 +103,11 @@ class TrackTable {
         hash.add(std::uint64_t{sample.sequence});
         hash.add(sample.z.data(), 2);
       }
+      hash.add(std::uint64_t{track.range ? 1U : 0U});
+      if (!track.range) continue;
+      hash.add(std::uint64_t{track.range->sequence});
+      hash.add(track.range->rho_1_m);
+      hash.add(track.range->sigma_1_m);
     }
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The front end behind one interface, so that flight, the OpenCV oracle and the simulation are interchangeable.
 
+#include "fsw/base/fixed_vector.h"
 #include "fsw/base/status.h"
 #include "fsw/math/so3.h"
 #include "fsw/measurement/samples.h"
@@ -8,10 +9,17 @@
 
 namespace plumb {
 
-/// What the IMU says of the motion since the last tracked image, to seed the search.
+/// Features that may be asked for in one image: a range finder faster than the camera has several ranges per image.
+inline constexpr std::size_t kMaxWantedFeatures = 4;
+
+/// What the IMU says of the motion since the last tracked image, to seed the search, and where features are wanted.
 struct MotionPrediction {
   bool valid = false;                   ///< false: no usable IMU between the images; search around the old positions
   Quat q_CnowCprev = Quat::Identity();  ///< rotates vectors from the previous camera frame into the present one
+  /// Points of the present image (normalised image plane) where the filter has a use for a feature: the laser's spots.
+  /// A tracker starts one exactly there, whatever the spacing, if the texture allows following it; a corner nearby is
+  /// no substitute, because over an edge it has another depth.
+  FixedVector<Vec2, kMaxWantedFeatures> wanted{};
 };
 
 template <std::size_t MaxTracks>

@@ -5,11 +5,14 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <stdexcept>
 
+#include "fsw/app/parameters.h"
 #include "test/montecarlo/table.h"
 
 namespace {
 
+using namespace plumb;
 using namespace plumb::sim;
 
 struct Arguments {
@@ -17,6 +20,7 @@ struct Arguments {
   CampaignSettings campaign;
   std::string imu = "stim300";
   std::string csv;
+  std::vector<std::string> parameters;
   bool no_range = false;
   bool no_vio = false;
 };
@@ -60,6 +64,7 @@ void declare_campaign(CLI::App& app, Arguments& arguments) {
   app.add_option("--tuning", campaign.tuning, "matched: the filter is told the simulated noise; shipped: its defaults")
       ->transform(CLI::CheckedTransformer(tunings, CLI::ignore_case))
       ->option_text("matched|shipped [matched]");
+  app.add_option("--set", arguments.parameters, "NAME=VALUE of an estimator parameter; wins over the tuning");
   app.add_flag("--no-range", arguments.no_range, "fly without the range finder only");
   app.add_flag("--no-vio", arguments.no_vio, "fly with the range finder only");
   app.add_option("--csv", arguments.csv, "also write one row per flight to this file");
@@ -68,6 +73,17 @@ void declare_campaign(CLI::App& app, Arguments& arguments) {
 ImuNoise imu_named(const std::string& name) {
   if (name == "mems") return mems_class();
   return name == "perfect" ? noise_free() : stim300_class();
+}
+
+void set_parameter(EstimatorOptions& options, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw std::invalid_argument("--set takes NAME=VALUE, not '" + text + "'");
+  Parameters parameters;
+  parameters.estimator = options;
+  const double value = std::stod(text.substr(equals + 1));
+  if (!ok(parameter_table().set(parameters, text.substr(0, equals), value).status))
+    throw std::invalid_argument("no such parameter, or not such a value: '" + text + "'");
+  options = parameters.estimator;
 }
 
 std::vector<Run> fly_with_progress(const Scene& scene, CampaignSettings settings, bool use_range) {
@@ -81,6 +97,11 @@ std::vector<Run> fly_with_progress(const Scene& scene, CampaignSettings settings
 
 int run(Arguments& arguments) {
   arguments.campaign.flight.imu = imu_named(arguments.imu);
+  arguments.campaign.adjust = [&arguments](EstimatorOptions& options) {
+    for (const std::string& text : arguments.parameters) set_parameter(options, text);
+  };
+  EstimatorOptions tried;
+  arguments.campaign.adjust(tried);  // a wrong one is refused before anything flies
   if (arguments.scenes == std::vector<std::string>{"all"}) arguments.scenes = all_scenes();
   std::ofstream csv;
   if (!arguments.csv.empty()) {
@@ -125,7 +146,7 @@ int main(int argc, char** argv) {
   try {
     return run(arguments);
   } catch (const std::invalid_argument& error) {
-    std::cerr << error.what() << "; known are " << footer << '\n';
+    std::cerr << error.what() << ". " << footer << '\n';
     return 1;
   }
 }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "fsw/base/mission_config.h"
 #include "fsw/estimator/estimator.h"
 #include "test/support/sim/flight.h"
 
@@ -106,6 +107,13 @@ inline sim::FlightSettings quick_settings(bool start_from_truth) {
   settings.tracker.target_tracks = 60;
   settings.start_from_truth = start_from_truth;
   return settings;
+}
+
+/// An estimator for lively_scene() that gives no range to a feature track.
+inline std::unique_ptr<Estimator<PaperConfig>> facet_only(const sim::FlightSettings& settings) {
+  EstimatorOptions options = sim::matched_options(settings);
+  options.range.feature = false;
+  return std::make_unique<Estimator<PaperConfig>>(options, sim::nadir_rig().calibration());
 }
 
 inline bool all_finite(const NavState& state) {

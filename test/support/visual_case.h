@@ -51,7 +51,9 @@ struct VisualCase {
   using Visual = VisualUpdate<TinyConfig>;
 
   explicit VisualCase(const VisionOptions& options = visual_case_options())
-      : visual(std::make_unique<Visual>(options, calibration)) {}
+      : visual(std::make_unique<Visual>(options, calibration, kMaxRanged)) {}
+
+  static constexpr int kMaxRanged = 2;
 
   SensorCalibration calibration = nadir_calibration();
   std::unique_ptr<State> state = std::make_unique<State>();

@@ -16,11 +16,14 @@ void for_each_field(const FrameReport& r, Visitor&& visit) {
   visit("slam_added", r.slam_added);
   visit("msckf_used", r.msckf_used);
   visit("msckf_rejected", r.msckf_rejected);
+  visit("ranged_used", r.ranged_used);
+  visit("ranged_rejected", r.ranged_rejected);
   visit("ranges_used", r.ranges_used);
   visit("range_outcome", static_cast<std::uint32_t>(r.range_outcome));
   visit("range_facet_0", r.range_facet[0]);
   visit("range_facet_1", r.range_facet[1]);
   visit("range_facet_2", r.range_facet[2]);
+  visit("range_feature", r.range_feature);
   visit("range_measured_m", r.range_measured_m);
   visit("range_predicted_m", r.range_predicted_m);
   visit("range_sigma_m", r.range_sigma_m);
@@ -40,6 +43,8 @@ void for_each_field(const EstimatorCounters& c, Visitor&& visit) {
   visit("frames_without_imu", c.frames_without_imu);
   visit("ranges", c.ranges);
   visit("ranges_used", c.ranges_used);
+  visit("ranges_feature", c.ranges_feature);
+  visit("ranges_spare", c.ranges_spare);
   visit("ranges_gated", c.ranges_gated);
   visit("ranges_no_facet", c.ranges_no_facet);
   visit("ranges_bad_geometry", c.ranges_bad_geometry);

@@ -128,10 +128,11 @@ void print_summary(const Session& session, const FlightOptions& options, const F
     std::printf("first output    %.3f s after the first image\n",
                 (totals.t_first_valid - session.t_first_image).seconds());
   }
-  std::printf("ranges          %" PRIu64 ", used %" PRIu64 ", gated %" PRIu64 ", no facet %" PRIu64
-              ", geometry %" PRIu64 ", stale %" PRIu64 ", invalid %" PRIu64 "\n",
-              c.ranges, c.ranges_used, c.ranges_gated, c.ranges_no_facet, c.ranges_bad_geometry, c.ranges_stale,
-              c.ranges_invalid);
+  std::printf("ranges          %" PRIu64 ", on a facet %" PRIu64 ", by a feature %" PRIu64 ", spare %" PRIu64
+              ", gated %" PRIu64 ", no facet %" PRIu64 ", geometry %" PRIu64 ", stale %" PRIu64 ", invalid %" PRIu64
+              "\n",
+              c.ranges, c.ranges_used, c.ranges_feature, c.ranges_spare, c.ranges_gated, c.ranges_no_facet,
+              c.ranges_bad_geometry, c.ranges_stale, c.ranges_invalid);
   std::printf("resets          %" PRIu64 ", numerical faults %" PRIu64 ", IMU gaps %" PRIu64 "\n", c.resets,
               c.numerical_faults, c.imu_gaps);
   std::printf("CPU per image    mean    median  95 %%    max      [ms]\n");

@@ -39,6 +39,7 @@ FlightLog fly_once(const Scene& scene, const CampaignSettings& settings) {
   EstimatorOptions options = matched_options(settings.flight);
   if (settings.tuning == Tuning::kShipped) options = EstimatorOptions{};
   options.range.enabled = settings.use_range;
+  if (settings.adjust) settings.adjust(options);
   return settings.mission == Mission::kPaper ? fly<PaperConfig>(scene, settings.flight, options)
                                              : fly<FlightConfig>(scene, settings.flight, options);
 }

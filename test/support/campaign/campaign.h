@@ -18,6 +18,7 @@ struct CampaignSettings {
   Mission mission = Mission::kFlight;
   Tuning tuning = Tuning::kMatched;
   bool use_range = true;
+  std::function<void(EstimatorOptions&)> adjust;  ///< applied last, if any; called from several threads
   int runs = 20;
   std::uint64_t first_seed = 1;
   int jobs = 1;  ///< threads; the results do not depend on it

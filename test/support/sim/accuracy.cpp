@@ -200,7 +200,8 @@ Accuracy evaluate(const FlightLog& log) {
     out.nees[i] = nearest(errors, kCheckpoints[i] * log.length_s).nees;
   out.mean_nees = mean_nees(errors);
   const double ranges = static_cast<double>(log.counters.ranges);
-  out.range_used_percent = ranges > 0.0 ? 100.0 * static_cast<double>(log.counters.ranges_used) / ranges : 0.0;
+  out.range_used_percent =
+      ranges > 0.0 ? 100.0 * static_cast<double>(log.counters.ranges_used + log.counters.ranges_feature) / ranges : 0.0;
   return out;
 }
 

@@ -15,9 +15,11 @@ constexpr double kCrowdedShare = 0.35;  // of the spacing: two tracks that close
 LandmarkTracker::LandmarkTracker(const TrackerOptions& options, const World& world, const Rig& rig, std::uint64_t seed)
     : options_(options), world_(world), rig_(rig), camera_(rig.camera), random_(seed, kTrackerStream) {}
 
-const std::vector<FeatureObservation>& LandmarkTracker::observe(const TruthState& truth) {
+const std::vector<FeatureObservation>& LandmarkTracker::observe(const TruthState& truth, std::span<const Vec2> wanted,
+                                                                std::size_t most) {
   std::erase_if(tracks_, [&](LandmarkTrack& track) { return !still_seen(truth, track); });
   drop_crowded();
+  start_wanted(truth, wanted, most);
   replenish(truth);
   report();
   return observations_;
@@ -79,6 +81,21 @@ int LandmarkTracker::tile_of(const Vec2& pixel) const {
   const int column = static_cast<int>(pixel.x() * options_.tiles_x / rig_.camera.width);
   const int row = static_cast<int>(pixel.y() * options_.tiles_y / rig_.camera.height);
   return std::clamp(row, 0, options_.tiles_y - 1) * options_.tiles_x + std::clamp(column, 0, options_.tiles_x - 1);
+}
+
+void LandmarkTracker::start_wanted(const TruthState& truth, std::span<const Vec2> wanted, std::size_t most) {
+  for (const Vec2& z : wanted) {
+    Vec2 pixel;
+    LandmarkTrack track;
+    if (tracks_.size() >= most || !ok(camera_.distort(z, pixel))) continue;
+    const bool crowded = std::any_of(tracks_.begin(), tracks_.end(), [&](const LandmarkTrack& other) {
+      return (other.true_px - pixel).norm() < kCrowdedShare * options_.min_spacing_px;
+    });
+    if (crowded || !find_landmark(truth, pixel, track.landmark_m)) continue;
+    if (!project(truth, track.landmark_m, track.true_px)) continue;
+    track.id = next_id_++;
+    tracks_.push_back(track);
+  }
 }
 
 void LandmarkTracker::replenish(const TruthState& truth) {

@@ -3,6 +3,7 @@
 // them, with pixel noise, and with the failures asked for.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fsw/vision/feature_frame.h"
@@ -42,7 +43,10 @@ class LandmarkTracker {
   LandmarkTracker(const TrackerOptions& options, const World& world, const Rig& rig, std::uint64_t seed);
 
   /// The camera sees from this state. The result is in strictly increasing id and lives until the next call.
-  const std::vector<FeatureObservation>& observe(const TruthState& truth);
+  /// Tracks are started at the `wanted` points (normalised image plane) first, also beyond target_tracks, but never
+  /// more than `most` in all.
+  const std::vector<FeatureObservation>& observe(const TruthState& truth, std::span<const Vec2> wanted = {},
+                                                 std::size_t most = SIZE_MAX);
   /// Ends every track; ids go on.
   void reset() { tracks_.clear(); }
 
@@ -54,6 +58,7 @@ class LandmarkTracker {
   bool still_seen(const TruthState& truth, LandmarkTrack& track);
   void mismatch(const TruthState& truth, LandmarkTrack& track);
   void drop_crowded();
+  void start_wanted(const TruthState& truth, std::span<const Vec2> wanted, std::size_t most);
   void replenish(const TruthState& truth);
   bool start_track(const TruthState& truth, int tile);
   bool find_landmark(const TruthState& truth, const Vec2& pixel, Vec3& landmark_m) const;

@@ -17,14 +17,15 @@ class SimTracker : public Tracker<MaxTracks> {
     PLUMB_ASSERT(options.target_tracks <= static_cast<int>(MaxTracks));
   }
 
-  Status track(const CameraFrame& frame, const MotionPrediction& /*motion*/, FeatureFrame<MaxTracks>& out) override {
+  Status track(const CameraFrame& frame, const MotionPrediction& motion, FeatureFrame<MaxTracks>& out) override {
     if (frame.t_exposure_mid <= last_t_) return Status::kOutOfOrder;
     last_t_ = frame.t_exposure_mid;
     out.t = frame.t_exposure_mid;
     out.sequence = frame.sequence;
     out.observations.clear();
     for (const FeatureObservation& observation :
-         landmarks_.observe(trajectory_.at((frame.t_exposure_mid - epoch_).seconds()))) {
+         landmarks_.observe(trajectory_.at((frame.t_exposure_mid - epoch_).seconds()),
+                            {motion.wanted.data(), motion.wanted.size()}, MaxTracks)) {
       PLUMB_ASSERT(ok(out.observations.push_back(observation)));
     }
     return Status::kOk;

@@ -151,6 +151,8 @@ TEST(EstimatorRecovery, AResetForgetsEverything) {
   };
   Feed fresh(scene, test::quick_settings(false));
   Feed flown(scene, test::quick_settings(false));
+  for (Feed* feed : {&fresh, &flown})  // or the tracker, which is not reset, would have been asked for other features
+    feed->estimator = test::facet_only(test::quick_settings(false));
   lose(fresh, 0.0);
   lose(flown, kReset_s);
   flown.fly_until(kReset_s);

@@ -184,6 +184,28 @@ TEST(LandmarkTracker, LandmarksLieOnTheSurfaceUnderTheirPixel) {
   }
 }
 
+// A wanted feature stands on the surface at the very point asked for, on top of the number kept up; not where a track
+// is already, and not beyond the number that the receiver has room for.
+TEST(LandmarkTracker, StartsWantedFeaturesWhereTheyAreWanted) {
+  const Scene scene = make_scene("outdoor_cruise_roofs");
+  TrackerOptions options;
+  LandmarkTracker tracker(options, scene.world, scene.rig, 12);
+  const TruthState truth = scene.trajectory.at(60.0);
+  const std::array<Vec2, 2> wanted = {Vec2(0.05, -0.03), Vec2(-0.2, 0.1)};
+  tracker.observe(truth, wanted);
+  ASSERT_GE(tracker.tracks().size(), 2U);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const Vec3 ray = (scene.rig.q_WC(truth) * wanted[i].homogeneous()).normalized();
+    const std::optional<Hit> hit = scene.world.cast(scene.rig.p_WC_m(truth), ray, options.max_depth_m);
+    ASSERT_TRUE(hit.has_value());
+    EXPECT_LT((tracker.tracks()[i].landmark_m - hit->point_m).norm(), 1e-9);
+  }
+  const std::size_t full = tracker.tracks().size();
+  EXPECT_EQ(tracker.observe(truth, wanted).size(), full);  // they are there already
+  const std::array<Vec2, 1> another = {Vec2(0.11, 0.07)};
+  EXPECT_EQ(tracker.observe(truth, another, full).size(), full);
+}
+
 TEST(LandmarkTracker, KeepsItsNumberAndItsIdsInOrder) {
   const Scene scene = make_scene("circuit");
   TrackerOptions options;

@@ -86,8 +86,8 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 // A record that has grown a member needs it in navigation.lcm, encode.cpp, decode.cpp, tools/replay/report_fields.h and
 // here.
 TEST(Messages, CarryEveryMemberOfTheRecords) {
-  EXPECT_EQ(test::member_count<FrameReport>(), 14U);
-  EXPECT_EQ(test::member_count<EstimatorCounters>(), 17U);
+  EXPECT_EQ(test::member_count<FrameReport>(), 17U);
+  EXPECT_EQ(test::member_count<EstimatorCounters>(), 19U);
   EXPECT_EQ(test::member_count<NavSystemCounters>(), 5U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
   EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);

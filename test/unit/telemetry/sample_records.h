@@ -28,9 +28,12 @@ inline NavStateRecord sample_nav_state() {
   record.report.slam_added = 5;
   record.report.msckf_used = 6;
   record.report.msckf_rejected = 7;
+  record.report.ranged_used = 12;
+  record.report.ranged_rejected = 13;
   record.report.ranges_used = 8;
   record.report.range_outcome = RangeOutcome::kBadGeometry;
   record.report.range_facet = {21, 22, 0xffffffffU};
+  record.report.range_feature = 14;
   record.report.range_measured_m = 9.5;
   record.report.range_predicted_m = 10.5;
   record.report.range_sigma_m = 11.5;

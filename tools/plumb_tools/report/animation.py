@@ -125,7 +125,7 @@ def _strip(flight: Flight, run: Run) -> Image.Image:
     top, margin = float(np.max(ranges)), 10 * SUPERSAMPLING
     x = width * t_s[shown] / max(float(t_s[-1]), 1e-9)
     y = margin + (height - 2 * margin) * (1.0 - ranges / top)
-    used = states["range_outcome"][shown] == RangeOutcome.USED
+    used = np.isin(states["range_outcome"][shown], (RangeOutcome.USED, RangeOutcome.FEATURE))
     gated = states["range_outcome"][shown] == RangeOutcome.GATED
     for i in range(len(x)):
         colour = RANGED if gated[i] else FACETS if used[i] else STRIP_LINE

@@ -74,7 +74,7 @@ def _gated(flight: Flight, run: Run) -> list[Event]:
 def _silences(flight: Flight, run: Run) -> list[Event]:
     states = run.states
     t_s = flight.seconds(states.t_ns)
-    used = (states["range_outcome"] == RangeOutcome.USED).astype(np.int64)
+    used = np.isin(states["range_outcome"], (RangeOutcome.USED, RangeOutcome.FEATURE)).astype(np.int64)
     first = int(np.argmax(used)) if used.any() else len(used)
     found = []
     for stretch in stretches(t_s, used):

@@ -18,6 +18,7 @@ MAX_RANGES = 4000
 
 _DRAWN_OUTCOMES = (
     RangeOutcome.USED,
+    RangeOutcome.FEATURE,
     RangeOutcome.NO_FACET,
     RangeOutcome.BAD_GEOMETRY,
     RangeOutcome.STALE,

@@ -56,7 +56,7 @@ def _space(model: Model, ground: Ground | None) -> Panel:
     figure = style(go.Figure())
     everything = [path for path, *_ in _lines(model)]
     if ground is not None:
-        accepted = np.flatnonzero(ground.outcome == RangeOutcome.USED)
+        accepted = np.flatnonzero(np.isin(ground.outcome, (RangeOutcome.USED, RangeOutcome.FEATURE)))
         keep = accepted[thinned(len(accepted), GROUND_POINTS)]
         points = ground.point_m[keep]
         everything.append(points)
@@ -112,6 +112,7 @@ def _profile(model: Model, ground: Ground) -> Panel:
     figure = style(go.Figure())
     shown = (
         (RangeOutcome.USED, "ground: accepted"),
+        (RangeOutcome.FEATURE, "ground: given to a feature"),
         (RangeOutcome.NO_FACET, "ground: no facet"),
         (RangeOutcome.BAD_GEOMETRY, "ground: bad geometry"),
         (RangeOutcome.GATED, "ground: gated"),

@@ -27,7 +27,7 @@ JPEG_QUALITY = 68
 _FEATURE_COLUMNS = ("track_id", "u_px", "v_px", "slam")
 
 #: Of the images near a wanted time the one that shows most is taken: a gated range first, then a used one.
-_WORTH = {RangeOutcome.GATED: 2, RangeOutcome.USED: 1}
+_WORTH = {RangeOutcome.GATED: 2, RangeOutcome.USED: 1, RangeOutcome.FEATURE: 1}
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,8 @@ class RangeOutcome(IntEnum):
     STALE = 5
     INVALID = 6
     NOT_INITIALISED = 7
+    FEATURE = 8
+    SPARE = 9
 
 
 @dataclass(frozen=True)

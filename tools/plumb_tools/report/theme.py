@@ -34,6 +34,8 @@ OUTCOME_COLOURS = {
     RangeOutcome.STALE: "#8957e5",
     RangeOutcome.INVALID: MUTED,
     RangeOutcome.NOT_INITIALISED: MUTED,
+    RangeOutcome.FEATURE: "#3fb6c6",
+    RangeOutcome.SPARE: MUTED,
 }
 OUTCOME_NAMES = {
     RangeOutcome.NONE: "no range",
@@ -44,6 +46,8 @@ OUTCOME_NAMES = {
     RangeOutcome.STALE: "stale",
     RangeOutcome.INVALID: "no return",
     RangeOutcome.NOT_INITIALISED: "before the first state",
+    RangeOutcome.FEATURE: "given to a feature",
+    RangeOutcome.SPARE: "spare",
 }
 
 STAGE_NAMES = {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -170,6 +171,45 @@ TEST_F(OpenCvTrackerTest, SpreadsFeaturesOverTheImage) {
       EXPECT_GT(std::hypot(a.u_px - b.u_px, a.v_px - b.v_px), static_cast<float>(small_options().min_distance_px - 4));
     }
   }
+}
+
+// Exactly there, without snapping to a corner, and followed as well as any other; not beside a track that is there
+// already, outside the image, or where there is nothing to hold on to.
+TEST_F(OpenCvTrackerTest, StartsAFeatureWhereItIsWanted) {
+  const Flight flight = make_flight(camera_, 4);
+  const auto tracker = make();
+  Frame out;
+  ASSERT_EQ(tracker->track(frame(flight.pictures[0], 0), {}, out), Status::kOk);
+  const std::uint32_t before = out.observations.back().track_id;
+  MotionPrediction wanting = motion(flight.views[0], flight.views[1]);
+  const Vec2 here(0.0123, -0.0456);
+  for (const Vec2& z : {here, here, Vec2(50.0, 0.0)}) static_cast<void>(wanting.wanted.push_back(z));
+  ASSERT_EQ(tracker->track(frame(flight.pictures[1], 1), wanting, out), Status::kOk);
+  ASSERT_EQ(tracker->report().started_wanted, 1U);
+  std::uint32_t id = 0;
+  for (const auto& seen : out.observations) {
+    if (seen.track_id > before && (Vec2(seen.x, seen.y) - here).norm() < 1e-5) id = seen.track_id;
+  }
+  ASSERT_NE(id, 0U);
+  const auto followed = [&](int i) {
+    EXPECT_EQ(tracker->track(frame(flight.pictures[i], i), motion(flight.views[i - 1], flight.views[i]), out),
+              Status::kOk);
+    return std::any_of(out.observations.begin(), out.observations.end(),
+                       [id](const auto& seen) { return seen.track_id == id; });
+  };
+  EXPECT_TRUE(followed(2));
+  EXPECT_TRUE(followed(3));
+}
+
+TEST_F(OpenCvTrackerTest, AWantedFeatureNeedsTexture) {
+  const auto tracker = make();
+  std::vector<std::uint8_t> grey(static_cast<std::size_t>(test::small_lens().width * test::small_lens().height), 90);
+  const ImageView blank{grey.data(), test::small_lens().width, test::small_lens().height, test::small_lens().width};
+  MotionPrediction wanting;
+  static_cast<void>(wanting.wanted.push_back(Vec2(0.01, 0.01)));
+  Frame out;
+  ASSERT_EQ(tracker->track({Time::from_ns(1'000'000'000), 0, blank}, wanting, out), Status::kOk);
+  EXPECT_TRUE(out.observations.empty());
 }
 
 TEST_F(OpenCvTrackerTest, RefusesMalformedAndLateFramesAndKeepsItsState) {

@@ -1,0 +1,178 @@
+#pragma once
+// What the estimator does with ranges: each is used once, at its own time. The track that starts at the laser's spot
+// takes it (ranged feature, after Alberico et al., "Structure-Invariant Range-Visual-Inertial Odometry", 2024), which
+// asks nothing of the ground; a range without such a track is compared with the facet under the beam (the paper).
+// Included by estimator.cpp alone.
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/estimator/estimator.h"
+
+namespace plumb {
+
+template <class Config>
+Status Estimator<Config>::add_range(const RangeSample& sample) {
+  ++counters_.ranges;
+  if (!options_.range.enabled) return Status::kOk;
+  const bool usable = sample.quality == RangeQuality::kValid && sample.range_m >= options_.range.min_range_m &&
+                      sample.range_m <= options_.range.max_range_m;
+  if (!usable) {
+    ++counters_.ranges_invalid;
+    return Status::kInvalidValue;
+  }
+  const Time newest = ranges_.empty() ? last_frame_t_ : std::max(last_frame_t_, ranges_.back().t);
+  if (sample.t <= newest && newest != Time::never() && !(ranges_.empty() && sample.t == newest)) {
+    ++counters_.ranges_stale;
+    return Status::kStale;
+  }
+  if (ranges_.full()) drop_oldest_range(RangeOutcome::kStale);
+  return ranges_.push_back(sample);
+}
+
+template <class Config>
+MotionPrediction Estimator<Config>::predict_motion(Time t) const {
+  MotionPrediction out;
+  if (last_frame_t_ == Time::never() || !imu_.spans(last_frame_t_, t)) return out;
+  Quat dq = Quat::Identity();
+  const Vec3 bias = initialised_ ? state_.core.b_gyro_rad_s : Vec3::Zero();
+  imu_.for_each_interval(last_frame_t_, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
+    dq = dq * so3_exp((0.5 * (a.gyro_rad_s + b.gyro_rad_s) - bias) * dt);
+  });
+  out.valid = true;
+  out.q_CnowCprev = (calibration_.q_IC.conjugate() * dq.conjugate() * calibration_.q_IC).normalized();
+  if (initialised_ && options_.range.feature) {
+    for (const RangeSample& range : ranges_) {
+      const std::optional<LaserSpot> spot = laser_spot(range, t);
+      if (!spot || !moves_across(*spot, t)) continue;
+      if (out.wanted.full()) out.wanted.erase(0);
+      static_cast<void>(out.wanted.push_back(spot->z));
+    }
+  }
+  return out;
+}
+
+/// Where the laser met the ground, seen from the camera at t: the beam at the time of the range, carried to t by the
+/// motion between, as the IMU and the present estimate tell it. That is a few centimetres, and an error of the velocity
+/// moves it by far less than the range's own noise.
+template <class Config>
+std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_spot(const RangeSample& range,
+                                                                                   Time t) const {
+  if (range.t < state_.t || t < range.t || !imu_.spans(state_.t, t)) return std::nullopt;
+  KinematicState motion = state_.core.motion;
+  const auto carry = [&](Time from, Time to) {
+    const auto debiased = [&](const InertialRates& raw) {
+      return InertialRates{raw.gyro_rad_s - state_.core.b_gyro_rad_s, raw.accel_m_s2 - state_.core.b_accel_m_s2};
+    };
+    imu_.for_each_interval(from, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
+      strapdown_step(motion, debiased(a), debiased(b), dt, options_.imu.gravity_m_s2);
+    });
+  };
+  carry(state_.t, range.t);
+  const Vec3 spot_C = calibration_.p_CR_m + range.range_m * calibration_.u_C;
+  const Vec3 spot_W = motion.p_WI_m + motion.q_WI * (calibration_.p_IC_m + calibration_.q_IC * spot_C);
+  const Vec3 beam_W = motion.q_WI * (calibration_.q_IC * calibration_.u_C);
+  carry(range.t, t);
+  const Quat q_CW = (motion.q_WI * calibration_.q_IC).conjugate();
+  const Vec3 seen_C = q_CW * (spot_W - motion.p_WI_m - motion.q_WI * calibration_.p_IC_m);
+  const double cos_axis = (q_CW * beam_W).z();
+  constexpr double kMinCosine = 0.1;  // a beam across the image says little about depth
+  if (!(seen_C.z() > 0.0) || !(cos_axis > kMinCosine)) return std::nullopt;
+  return LaserSpot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis};
+}
+
+/// True when a track at this spot will show some parallax by the time it fills the window: the speed across its ray
+/// counts, because straight below a climb nothing moves. Without parallax a track cannot tell whether its range is a
+/// false echo: at standstill, in hover and in a vertical climb ranges are left to the facet.
+template <class Config>
+bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
+  if (standing_ || !(t > last_frame_t_)) return false;
+  const Quat& q_WI = state_.core.motion.q_WI;
+  const Vec3 ray_W = q_WI * (calibration_.q_IC * spot.z.homogeneous().normalized());
+  const double across_m_s = ray_W.cross(state_.core.motion.v_WI_m_s).norm();
+  const double window_s = static_cast<double>(Config::kMaxPoses) * (t - last_frame_t_).seconds();
+  return across_m_s * window_s * calibration_.focal_px >= options_.vision.ranged_min_parallax_px * spot.depth_m;
+}
+
+/// Whether a range that no track took may be spared: the tracks that took theirs tell the same, and assume nothing of
+/// the ground. The facet is for where there are none: standstill, hover, ground without texture.
+template <class Config>
+bool Estimator<Config>::tracks_serve(Time t) const {
+  if (!options_.range.facet) return true;
+  return last_ranged_track_t_ != Time::never() && (t - last_ranged_track_t_).seconds() <= options_.range.facet_after_s;
+}
+
+/// Gives the range to the track that the image at t shows at the laser's spot. A track that stands a little off has
+/// another depth, by the slope of the ground: that goes into the noise.
+template <class Config>
+bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
+  constexpr double kNear = 3.0;  // sigmas of an observation
+  if (!options_.range.feature) return false;
+  const std::optional<LaserSpot> spot = laser_spot(range, t);
+  if (!spot || !moves_across(*spot, t)) return false;
+  double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
+  typename Table::TrackType* taker = nullptr;
+  for (auto& track : tracks_.tracks()) {
+    if (!track.alive || track.in_state || track.banned || track.range || track.samples.empty()) continue;
+    const double off = (track.samples.back().z - spot->z).norm();
+    if (!(off < nearest)) continue;
+    nearest = off;
+    taker = &track;
+  }
+  if (taker == nullptr) return false;
+  const double rho = 1.0 / spot->depth_m;
+  const double sigma_m =
+      std::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
+  taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho};
+  report_.range_measured_m = range.range_m;
+  report_.range_feature = taker->id;
+  return true;
+}
+
+template <class Config>
+void Estimator<Config>::drop_oldest_range(RangeOutcome outcome) {
+  take_range();
+  count_range(counters_, outcome);
+}
+
+template <class Config>
+void Estimator<Config>::drop_ranges_before(Time t, RangeOutcome outcome) {
+  while (!ranges_.empty() && ranges_.front().t < t) drop_oldest_range(outcome);
+}
+
+template <class Config>
+RangeSample Estimator<Config>::take_range() {
+  const RangeSample range = ranges_.front();
+  ranges_.erase(0);
+  last_range_depth_m_ = (calibration_.p_CR_m + range.range_m * calibration_.u_C).z();
+  last_range_sample_t_ = range.t;
+  return range;
+}
+
+template <class Config>
+Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
+  while (!ranges_.empty() && (ranges_.front().t < t || (including && ranges_.front().t == t))) {
+    const RangeSample range = take_range();  // used once, whatever becomes of it
+    report_.range_outcome = RangeOutcome::kStale;
+    const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
+    if (fresh && give_to_track(range, t)) {
+      report_.range_outcome = RangeOutcome::kFeature;
+      last_range_t_ = range.t;
+      last_ranged_track_t_ = range.t;
+    } else if (fresh && tracks_serve(range.t)) {
+      report_.range_outcome = RangeOutcome::kSpare;
+    } else if (fresh) {
+      {
+        StageScope scope(observer_, Stage::kPropagation);
+        propagate_to(range.t);
+      }
+      StageScope scope(observer_, Stage::kRange);
+      if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
+      if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
+    }
+    count_range(counters_, report_.range_outcome);
+  }
+  return Status::kOk;
+}
+
+}  // namespace plumb
