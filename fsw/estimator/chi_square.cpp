@@ -57,12 +57,18 @@ ChiSquareTable::ChiSquareTable(double probability) {
       (chi_square_cdf(middle, i + 1) < probability ? low : high) = middle;
     }
     quantiles_[i] = 0.5 * (low + high);
+    costs_[i] = gate_cost(quantiles_[i], i + 1);
   }
 }
 
 double ChiSquareTable::quantile(std::size_t dof) const {
   PLUMB_ASSERT(dof >= 1 && dof <= kMaxGateRows);
   return quantiles_[dof - 1];
+}
+
+double ChiSquareTable::cost(std::size_t dof) const {
+  PLUMB_ASSERT(dof >= 1 && dof <= kMaxGateRows);
+  return costs_[dof - 1];
 }
 
 }  // namespace plumb

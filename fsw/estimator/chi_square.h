@@ -26,9 +26,12 @@ class ChiSquareTable {
   explicit ChiSquareTable(double probability);
   /// Precondition: 1 <= dof <= kMaxGateRows.
   double quantile(std::size_t dof) const;
+  /// gate_cost() of that gate. Same precondition.
+  double cost(std::size_t dof) const;
 
  private:
   std::array<double, kMaxGateRows> quantiles_{};
+  std::array<double, kMaxGateRows> costs_{};
 };
 
 }  // namespace plumb

@@ -139,7 +139,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
   const double sigma =
-      std::sqrt(gate_cost_ * repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
+      std::sqrt(repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;
@@ -159,11 +159,10 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   }
   stack.residual(0) = ratio * (range_m - prediction.range_m) / sigma;
   const double nis = stack.close(state, support);
-  // The gate itself asks how far the range is off by what its noise is without that cost.
-  const double raised = stack.innovation_variance(0);  // in units of sigma^2
-  const double plain = raised - 1.0 + 1.0 / gate_cost_;
-  report.range_sigma_m = sigma * std::sqrt(plain) / ratio;
-  return nis * raised <= gate_ * plain ? RangeOutcome::kUsed : RangeOutcome::kGated;
+  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0)) / ratio;
+  if (!(nis <= gate_)) return RangeOutcome::kGated;
+  stack.weaken(1, gate_cost_);
+  return RangeOutcome::kUsed;
 }
 
 }  // namespace plumb

@@ -7,6 +7,7 @@
 // symmetric bit for bit. Rows know which of their columns are non-zero and cost accordingly.
 
 #include <algorithm>
+#include <cmath>
 
 #include "fsw/estimator/filter_state.h"
 #include "fsw/math/kernels.h"
@@ -43,6 +44,8 @@ class UpdateStack {
   void close_untested(const FilterState<Config>& state, const Support& support);
   /// Variance of the innovation of row r, in units of the row's own noise.
   double innovation_variance(std::size_t r) const { return inner(r, r) + 1.0; }
+  /// Gives the noise of the last `count` rows `factor` times the variance: what a gate costs those that pass it.
+  void weaken(std::size_t count, double factor);
   /// Takes the last `count` rows back.
   void discard(std::size_t count) { rows_ -= count; }
 
@@ -103,6 +106,17 @@ double UpdateStack<Config>::close(const FilterState<Config>& state, const Suppor
   double nis = 0.0;
   for (std::size_t i = 0; i < open_; ++i) nis += y[i] * y[i];
   return nis;
+}
+
+template <class Config>
+void UpdateStack<Config>::weaken(std::size_t count, double factor) {
+  const double scale = 1.0 / std::sqrt(factor);
+  for (std::size_t i = rows_ - count; i < rows_; ++i) {
+    for (double* row : {h_.view().row(i), hp_.view().row(i)}) {
+      for (std::size_t c = 0; c < size_; ++c) row[c] *= scale;
+    }
+    r_[i] *= scale;
+  }
 }
 
 template <class Config>

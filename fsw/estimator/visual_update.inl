@@ -84,7 +84,11 @@ void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStac
       stack.residual(0) = residual.x();
       stack.residual(1) = residual.y();
       accepted = stack.close(state, support) <= gate_.quantile(2);
-      if (!accepted) stack.discard(2);
+      if (accepted) {
+        stack.weaken(2, gate_.cost(2));
+      } else {
+        stack.discard(2);
+      }
     }
     feature.consecutive_rejections = accepted ? 0 : feature.consecutive_rejections + 1;
     ++(accepted ? report.slam_used : report.slam_rejected);
@@ -191,7 +195,12 @@ bool VisualUpdate<Config>::add_track(State& state, TrackType& track, bool may_st
     const ConstMatrixView from = rows_.feature_rows();
     for (std::size_t r = 0; r < kFeatureSize; ++r) std::copy_n(from.row(r), from.cols(), pending.rows.view().row(r));
   }
-  fold_rows(compressed_.view(), rows_.pose_rows(), Rows::kPoseColumns);
+  MatrixView rows = rows_.pose_rows();
+  const double pays = 1.0 / std::sqrt(gate_.cost(rows.rows()));
+  for (std::size_t r = 0; r < rows.rows(); ++r) {
+    for (std::size_t c = 0; c < rows.cols(); ++c) rows(r, c) *= pays;
+  }
+  fold_rows(compressed_.view(), rows, Rows::kPoseColumns);
   return true;
 }
 

@@ -22,17 +22,21 @@ using Layout = ErrorLayout<TinyConfig>;
 using Stack = UpdateStack<TinyConfig>;
 using test::NewTrack;
 
-/// The laws are about what is used: a gate that lets everything pass.
+/// Most laws are about what is used: a gate that lets everything pass and costs nothing.
 struct Case : test::VisualCase {
-  Case() : VisualCase(options()) {}
-  static VisionOptions options() {
+  explicit Case(double gate = 1.0 - 1e-9) : VisualCase(options(gate)) {}
+  static VisionOptions options(double gate) {
     VisionOptions options = test::visual_case_options();
-    options.gate_probability = 0.999999;
+    options.gate_probability = gate;
     return options;
   }
 };
 
-constexpr double kSigma = test::kImageSigma;
+/// Variance of an observation, on the normalised image plane, as it goes into the estimate.
+struct Noise {
+  double slam = test::kImageSigma * test::kImageSigma;
+  double track = test::kImageSigma * test::kImageSigma;
+};
 
 struct Joint {
   Eigen::VectorXd mean;  ///< correction of the state, then of each new feature
@@ -41,8 +45,8 @@ struct Joint {
 };
 
 /// Residual rows of one new track against its triangulated point, appended to the joint information.
-void add_track(const State& state, const NewTrack& t, std::size_t column, Dense& information, Eigen::VectorXd& vector,
-               Joint& out) {
+void add_track(const State& state, const NewTrack& t, double variance, std::size_t column, Dense& information,
+               Eigen::VectorXd& vector, Joint& out) {
   Views views;
   for (std::size_t k = t.first; k <= t.last; ++k) {
     const std::size_t slot = state.window()[k];
@@ -67,13 +71,13 @@ void add_track(const State& state, const NewTrack& t, std::size_t column, Dense&
     h.middleCols<3>(index(column)) =
         test::numeric_jacobian<2, 3>([&](const Vec3& e) { return predict(state, *start + e); }, 1e-6);
     const Vec2 r = t.z[k - t.first] - predict(state, *start);
-    information += h.transpose() * h / (kSigma * kSigma);
-    vector += h.transpose() * r / (kSigma * kSigma);
+    information += h.transpose() * h / variance;
+    vector += h.transpose() * r / variance;
   }
 }
 
 /// Everything the image brings, in information form: prior on the state, none on the new features.
-Joint joint_estimate(const Case& c) {
+Joint joint_estimate(const Case& c, const Noise& noise) {
   const State& state = *c.state;
   const std::size_t n = state.size();
   const std::size_t total = n + 3 * c.added.size();
@@ -88,18 +92,19 @@ Joint joint_estimate(const Case& c) {
     };
     Dense h = Dense::Zero(2, index(total));
     h.leftCols(index(n)) = test::numeric_state_jacobian(state, 2, predict);
-    information += h.transpose() * h / (kSigma * kSigma);
-    vector += h.transpose() * (c.slam_z[i] - predict(state)) / (kSigma * kSigma);
+    information += h.transpose() * h / noise.slam;
+    vector += h.transpose() * (c.slam_z[i] - predict(state)) / noise.slam;
   }
-  for (std::size_t i = 0; i < c.added.size(); ++i) add_track(state, c.added[i], n + 3 * i, information, vector, out);
+  for (std::size_t i = 0; i < c.added.size(); ++i)
+    add_track(state, c.added[i], noise.track, n + 3 * i, information, vector, out);
   out.covariance = information.inverse();
   out.mean = out.covariance * vector;
   return out;
 }
 
 /// Runs the filter and compares: `started` of the added tracks must now be features, in any order; the rest is gone.
-void expect_joint(Case& c, std::size_t started) {
-  const Joint joint = joint_estimate(c);
+void expect_joint(Case& c, std::size_t started, const Noise& noise = {}) {
+  const Joint joint = joint_estimate(c, noise);
   const std::size_t n = c.state->size();
   const std::size_t slam = c.slam_z.size();
   State expected = *c.state;
@@ -168,6 +173,22 @@ TEST(VisualUpdateLaw, AllOfItTogetherIsOneJointEstimate) {
     c.fill(g, 3, 3, 2);
     c.append_frames();
     expect_joint(c, 3);
+  });
+}
+
+// What passes a gate pays for the good observations that the gate refuses: its noise is raised by what they cost.
+TEST(VisualUpdateLaw, WhatPassesTheGatePays) {
+  constexpr double kGate = 0.999;
+  const ChiSquareTable gate(kGate);
+  test::for_all(20, [&gate](test::Generator& g) {
+    Case c(kGate);
+    c.fill(g, 4, 0, 4);
+    c.append_frames();
+    const std::size_t track_rows = 2 * c.added.front().z.size() - 3;  // those that see poses only
+    Noise noise;
+    noise.slam *= gate.cost(2);
+    noise.track *= gate.cost(track_rows);
+    expect_joint(c, 0, noise);
   });
 }
 

@@ -89,6 +89,26 @@ TEST(UpdateStack, IsTheKalmanUpdate) {
   });
 }
 
+TEST(UpdateStack, AWeakenedRowIsARowOfMoreNoise) {
+  const auto stack = make_stack();
+  test::for_all(50, [&](test::Generator& g) {
+    const auto state = any_state(g);
+    Rows rows = any_rows(g, *state, 4, 0.3);
+    stack->begin(*state);
+    for (std::size_t k = 0; k < 4; ++k) {
+      add(*state, rows, k, *stack, k % 2 == 0);
+      const double factor = g.uniform(1.0, 3.0);
+      if (k < 2) continue;  // the first two as they are
+      stack->weaken(1, factor);
+      rows.dense.sigma(index(k)) = std::sqrt(factor);
+    }
+    const test::DensePosterior expected = test::dense_update(dense(state->covariance()), rows.dense);
+    ASSERT_EQ(stack->apply(*state), Status::kOk);
+    for (std::size_t k = 0; k < state->size(); ++k) EXPECT_NEAR(stack->correction()[k], expected.dx(index(k)), 1e-9);
+    EXPECT_LT(test::covariance_difference(expected.p, dense(state->covariance())), 1e-9);
+  });
+}
+
 TEST(UpdateStack, TheJointUpdateIsTheSequentialOneInAnyOrder) {
   const auto stack = make_stack();
   test::for_all(100, [&](test::Generator& g) {
