@@ -80,7 +80,7 @@ constexpr std::array kRows{
     range<&RangeOptions::feature>("range.feature", "1", 0, 1, "give ranges to the tracks at the laser's spot"),
     range<&RangeOptions::facet>("range.facet", "1", 0, 1, "compare ranges with the facet under them"),
     range<&RangeOptions::facet_after_s>("range.facet_after", "s", 0.0, 1000.0,
-                                        "time without a range given to a track before facets are asked"),
+                                        "time without use of a ranged track before facets are asked"),
     range<&RangeOptions::max_features>("range.max_features", "1", 0, 100, "SLAM features that may be ranged ones"),
     range<&RangeOptions::feature_slope>("range.feature_slope", "1", 0.0, 10.0,
                                         "slope of the ground between a ranged feature and the laser's spot"),

@@ -128,6 +128,7 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
   }
   status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
   if (!ok(status)) return status;
+  if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = frame.t;
   if (standing_) status = fuse_standing(frame.t);
   if (!ok(status)) return status;
   status = fuse_ranges_until(frame.t, true);
@@ -168,7 +169,7 @@ template <class Config>
 StandingNoise Estimator<Config>::standing_noise() const {
   constexpr double kUnknownDepth = 5.0;  // m, when neither a range nor a feature tells
   constexpr double kAlongAxis = 2.5;     // motion along the optical axis moves the image least: by its mean radius
-  const double depth_m = std::max(last_range_depth_m_, median_depth_m());
+  const double depth_m = std::max(recent_range_depth_m(), median_depth_m());
   return {kAlongAxis * max_flow_per_s_ * (depth_m > 0.0 ? depth_m : kUnknownDepth), max_flow_per_s_};
 }
 
@@ -186,15 +187,18 @@ Status Estimator<Config>::fuse_standing(Time t) {
 template <class Config>
 DepthPrior Estimator<Config>::depth_prior() const {
   constexpr double kRelativeSigma = 0.5;  // a scene within a factor of two of this depth is well inside two sigma
-  double depth_m = 0.0;
-  if (last_range_depth_m_ > 0.0 && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout) {
-    depth_m = last_range_depth_m_;
-  } else {
-    depth_m = median_depth_m();
-  }
+  const double ranged_m = recent_range_depth_m();
+  const double depth_m = ranged_m > 0.0 ? ranged_m : median_depth_m();
   if (depth_m > 0.0) return {1.0 / depth_m, kRelativeSigma / depth_m};
   const double d = options_.vision.min_depth_m;  // semi-infinite: from d_min to infinity within two sigma
   return {1.0 / (2.0 * d), 1.0 / (4.0 * d)};
+}
+
+template <class Config>
+double Estimator<Config>::recent_range_depth_m() const {
+  const bool recent =
+      last_range_sample_t_ != Time::never() && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout;
+  return recent ? last_range_depth_m_ : 0.0;
 }
 
 template <class Config>

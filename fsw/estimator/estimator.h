@@ -105,6 +105,8 @@ class Estimator {
   /// Independent priors; yaw and position pinned, biases from the options.
   Mat15 start_covariance(double tilt_rad, double velocity_m_s) const;
   DepthPrior depth_prior() const;
+  /// Of the last range, along the optical axis; 0 when there is none of late.
+  double recent_range_depth_m() const;
   /// Of the features whose depth is known; 0 when there are too few.
   double median_depth_m() const;
   void publish(bool visual, Time t);
@@ -130,8 +132,8 @@ class Estimator {
   NavState given_;
   Time last_frame_t_;
   Time last_visual_t_;
-  Time last_range_t_;         ///< the last range that was used
-  Time last_ranged_track_t_;  ///< the last range that a track took
+  Time last_range_t_;         ///< the last range, or image with a ranged track, that was used
+  Time last_ranged_track_t_;  ///< the last image whose tracks made use of a range
   Time last_range_sample_t_;
   double last_range_depth_m_ = 0.0;  ///< along the optical axis; zero: none yet
 

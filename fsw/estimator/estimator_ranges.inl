@@ -94,8 +94,8 @@ bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
   return across_m_s * window_s * calibration_.focal_px >= options_.vision.ranged_min_parallax_px * spot.depth_m;
 }
 
-/// Whether a range that no track took may be spared: the tracks that took theirs tell the same, and assume nothing of
-/// the ground. The facet is for where there are none: standstill, hover, ground without texture.
+/// Whether a range that no track took may be spared: the tracks that took theirs have been of use lately, and assume
+/// nothing of the ground. The facet is for where there are none: standstill, hover, ground without texture.
 template <class Config>
 bool Estimator<Config>::tracks_serve(Time t) const {
   if (!options_.range.facet) return true;
@@ -157,8 +157,6 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
     const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
     if (fresh && give_to_track(range, t)) {
       report_.range_outcome = RangeOutcome::kFeature;
-      last_range_t_ = range.t;
-      last_ranged_track_t_ = range.t;
     } else if (fresh && tracks_serve(range.t)) {
       report_.range_outcome = RangeOutcome::kSpare;
     } else if (fresh) {

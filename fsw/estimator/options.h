@@ -53,7 +53,7 @@ struct RangeOptions {
   double max_facet_edge = 0.6;      ///< longest edge in the normalised image plane
   bool feature = true;              ///< give ranges to the tracks at the laser's spot
   bool facet = true;                ///< compare ranges with the facet under them
-  double facet_after_s = 1.0;       ///< but only when no track has taken a range for so long; 0: whenever none took it
+  double facet_after_s = 1.0;       ///< but only when no ranged track was of use for so long; 0: whenever none took it
   int max_features = 10;            ///< SLAM features that may be ranged ones
   double feature_slope = 0.5;       ///< of the ground under a ranged feature, for what its distance to the spot costs
 };

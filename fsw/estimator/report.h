@@ -14,10 +14,8 @@ enum class RangeOutcome : std::uint8_t {
   kNoFacet,      ///< no facet under the beam
   kBadGeometry,  ///< grazing incidence, facet too large, or depth not in front
   kStale,        ///< too old, or at or before the horizon
-  kInvalid,      ///< no return, out of the device's limits, not finite
-  kNotInitialised,
-  kFeature,  ///< given to the feature track at the laser's spot
-  kSpare,    ///< no track took it, but others lately took theirs: the facet was not asked
+  kFeature,      ///< given to the feature track at the laser's spot
+  kSpare,        ///< no track took it, but others lately took theirs: the facet was not asked
 };
 
 struct FrameReport {
@@ -72,9 +70,7 @@ inline void count_range(EstimatorCounters& counters, RangeOutcome outcome) {
     case RangeOutcome::kNoFacet: ++counters.ranges_no_facet; return;
     case RangeOutcome::kBadGeometry: ++counters.ranges_bad_geometry; return;
     case RangeOutcome::kStale: ++counters.ranges_stale; return;
-    case RangeOutcome::kNone:
-    case RangeOutcome::kInvalid:
-    case RangeOutcome::kNotInitialised: ++counters.ranges_invalid; return;
+    case RangeOutcome::kNone: return;
   }
 }
 

@@ -22,7 +22,6 @@ _DRAWN_OUTCOMES = (
     RangeOutcome.NO_FACET,
     RangeOutcome.BAD_GEOMETRY,
     RangeOutcome.STALE,
-    RangeOutcome.NOT_INITIALISED,
     RangeOutcome.GATED,
 )
 

@@ -61,10 +61,8 @@ class RangeOutcome(IntEnum):
     NO_FACET = 3
     BAD_GEOMETRY = 4
     STALE = 5
-    INVALID = 6
-    NOT_INITIALISED = 7
-    FEATURE = 8
-    SPARE = 9
+    FEATURE = 6
+    SPARE = 7
 
 
 @dataclass(frozen=True)

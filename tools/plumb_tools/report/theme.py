@@ -32,8 +32,6 @@ OUTCOME_COLOURS = {
     RangeOutcome.NO_FACET: MUTED,
     RangeOutcome.BAD_GEOMETRY: "#b08800",
     RangeOutcome.STALE: "#8957e5",
-    RangeOutcome.INVALID: MUTED,
-    RangeOutcome.NOT_INITIALISED: MUTED,
     RangeOutcome.FEATURE: "#3fb6c6",
     RangeOutcome.SPARE: MUTED,
 }
@@ -44,8 +42,6 @@ OUTCOME_NAMES = {
     RangeOutcome.NO_FACET: "no facet",
     RangeOutcome.BAD_GEOMETRY: "bad geometry",
     RangeOutcome.STALE: "stale",
-    RangeOutcome.INVALID: "no return",
-    RangeOutcome.NOT_INITIALISED: "before the first state",
     RangeOutcome.FEATURE: "given to a feature",
     RangeOutcome.SPARE: "spare",
 }
