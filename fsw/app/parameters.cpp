@@ -48,7 +48,7 @@ constexpr std::array kRows{
     imu<&ImuOptions::max_gyro_rad_s>("imu.max_gyro", "rad/s", 1.0, 100.0, "beyond this a sample is a fault"),
 
     vision<&VisionOptions::pixel_noise_px>("vision.pixel_noise", "px", 0.01, 20.0, "1 sigma of a tracked feature"),
-    vision<&VisionOptions::gate_probability>("vision.gate_probability", "1", 0.5, 0.999999,
+    vision<&VisionOptions::gate_probability>("vision.gate_probability", "1", 0.9, 0.999999,
                                              "chi-square gate of visual rows"),
     vision<&VisionOptions::min_parallax_px>("vision.min_parallax", "px", 0.0, 200.0,
                                             "rotation-free track extent needed to triangulate"),

@@ -156,9 +156,8 @@ void Estimator<Config>::make_room_for_clone() {
     state_.drop_pose(window.size() - 1);
     for (auto& track : tracks_.tracks()) {
       for (std::size_t i = track.samples.size(); i-- > 0;) {
-        if (track.samples[i].sequence == gone) track.samples.erase(i);
+        if (track.samples[i].sequence == gone) track.forget(i);
       }
-      if (track.range && track.range->sequence == gone) track.range.reset();
     }
   } else if (window.full()) {
     state_.drop_pose(0);

@@ -64,8 +64,11 @@ class Estimator {
   std::uint64_t state_hash() const {
     Hash64 h;
     h.add(state_.hash());
-    for (const SlamFeature& feature : state_.features)
+    for (const SlamFeature& feature : state_.features) {
       h.add(static_cast<std::uint64_t>(feature.consecutive_rejections));
+      h.add(std::uint64_t{feature.ranged ? 1U : 0U});
+    }
+    h.add(std::uint64_t{standing_ ? 1U : 0U});
     tracks_.add_to(h);
     range_.add_to(h);
     h.add(last_range_depth_m_);

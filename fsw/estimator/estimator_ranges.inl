@@ -58,7 +58,8 @@ MotionPrediction Estimator<Config>::predict_motion(Time t) const {
 template <class Config>
 std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_spot(const RangeSample& range,
                                                                                    Time t) const {
-  if (range.t < state_.t || t < range.t || !imu_.spans(state_.t, t)) return std::nullopt;
+  if (range.t < state_.t || t < range.t || (t - range.t).seconds() > options_.range.max_age_s) return std::nullopt;
+  if (!imu_.spans(state_.t, t)) return std::nullopt;
   KinematicState motion = state_.core.motion;
   const auto carry = [&](Time from, Time to) {
     const auto debiased = [&](const InertialRates& raw) {
@@ -90,7 +91,7 @@ bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
   const Quat& q_WI = state_.core.motion.q_WI;
   const Vec3 ray_W = q_WI * (calibration_.q_IC * spot.z.homogeneous().normalized());
   const double across_m_s = ray_W.cross(state_.core.motion.v_WI_m_s).norm();
-  const double window_s = static_cast<double>(Config::kMaxPoses) * (t - last_frame_t_).seconds();
+  const double window_s = static_cast<double>(Config::kMaxPoses - 1) * (t - last_frame_t_).seconds();
   return across_m_s * window_s * calibration_.focal_px >= options_.vision.ranged_min_parallax_px * spot.depth_m;
 }
 
@@ -102,8 +103,8 @@ bool Estimator<Config>::tracks_serve(Time t) const {
   return last_ranged_track_t_ != Time::never() && (t - last_ranged_track_t_).seconds() <= options_.range.facet_after_s;
 }
 
-/// Gives the range to the track that the image at t shows at the laser's spot. A track that stands a little off has
-/// another depth, by the slope of the ground: that goes into the noise.
+/// Gives the range to the track that the image at t starts at the laser's spot; an old one nearby may be a corner at an
+/// edge. One that stands a little off has another depth, by the slope of the ground: that goes into the noise.
 template <class Config>
 bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
@@ -113,7 +114,7 @@ bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
   typename Table::TrackType* taker = nullptr;
   for (auto& track : tracks_.tracks()) {
-    if (!track.alive || track.in_state || track.banned || track.range || track.samples.empty()) continue;
+    if (!track.alive || track.age != 1) continue;
     const double off = (track.samples.back().z - spot->z).norm();
     if (!(off < nearest)) continue;
     nearest = off;
@@ -124,7 +125,6 @@ bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   const double sigma_m =
       std::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
   taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho};
-  report_.range_measured_m = range.range_m;
   report_.range_feature = taker->id;
   return true;
 }
@@ -154,6 +154,10 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
   while (!ranges_.empty() && (ranges_.front().t < t || (including && ranges_.front().t == t))) {
     const RangeSample range = take_range();  // used once, whatever becomes of it
     report_.range_outcome = RangeOutcome::kStale;
+    report_.range_measured_m = range.range_m;
+    report_.range_predicted_m = report_.range_sigma_m = 0.0;
+    report_.range_facet = {};
+    report_.range_feature = 0;
     const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
     if (fresh && give_to_track(range, t)) {
       report_.range_outcome = RangeOutcome::kFeature;

@@ -67,7 +67,6 @@ template <class Config>
 Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m,
                                  FrameReport& report) {
   const CameraPose camera = camera_of(state.core);
-  report.range_measured_m = range_m;
   gather(state, camera);
   const Result<Target> target = facet_under_beam(state, camera, range_m);
   if (!target) {

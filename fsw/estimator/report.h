@@ -15,7 +15,7 @@ enum class RangeOutcome : std::uint8_t {
   kBadGeometry,  ///< grazing incidence, facet too large, or depth not in front
   kStale,        ///< too old, or at or before the horizon
   kFeature,      ///< given to the feature track at the laser's spot
-  kSpare,        ///< no track took it, but others lately took theirs: the facet was not asked
+  kSpare,        ///< no track took it and no facet was asked: ranged tracks serve, or facets are off
 };
 
 struct FrameReport {

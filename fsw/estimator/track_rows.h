@@ -4,7 +4,8 @@
 // is the start of a SLAM feature, should it become one (delayed initialisation). A ranged track has one row more: its
 // inverse depth in the image that belongs to the range.
 
-#include "fsw/estimator/chi_square.h"
+#include <limits>
+
 #include "fsw/estimator/covariance.h"
 #include "fsw/estimator/options.h"
 #include "fsw/estimator/triangulation.h"
@@ -90,10 +91,10 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
   return Status::kOk;
 }
 
-/// True when the pose rows agree with the prior: r^T (H P H^T + I)^-1 r within the chi-square bound for their number.
-/// `poses` is the covariance of the pose slots.
+/// How far the pose rows are from what the prior leads to expect: r^T (H P H^T + I)^-1 r, chi-square in their number.
+/// `poses` is the covariance of the pose slots. Not finite if that is unsound.
 template <std::size_t MaxPoses>
-bool passes_gate(TrackRows<MaxPoses>& track, ConstMatrixView poses, const ChiSquareTable& gate) {
+double innovation_squared(TrackRows<MaxPoses>& track, ConstMatrixView poses) {
   using Rows = TrackRows<MaxPoses>;
   const MatrixView h = track.pose_rows();
   const std::size_t m = h.rows();
@@ -113,11 +114,11 @@ bool passes_gate(TrackRows<MaxPoses>& track, ConstMatrixView poses, const ChiSqu
     }
     y[i] = h(i, Rows::kPoseColumns);
   }
-  if (!ok(cholesky_in_place(s))) return false;
+  if (!ok(cholesky_in_place(s))) return std::numeric_limits<double>::quiet_NaN();
   solve_lower_in_place(s, MatrixView(y, m, 1, 1));
   double nis = 0.0;
   for (std::size_t i = 0; i < m; ++i) nis += y[i] * y[i];
-  return nis <= gate.quantile(m);
+  return nis;
 }
 
 }  // namespace plumb

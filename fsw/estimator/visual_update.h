@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fsw/base/stage_observer.h"
+#include "fsw/estimator/chi_square.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/track_rows.h"
 #include "fsw/estimator/update_stack.h"
@@ -52,7 +53,15 @@ class VisualUpdate {
   void remove_lost(State& state, Table& tracks);
   void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
   void add_tracks(State& state, Table& tracks, FrameReport& report);
-  bool add_track(State& state, TrackType& track, bool may_start, FrameReport& report);
+  /// What is to be done with a track. kLater: its observations are of no use yet.
+  enum class Use : std::uint8_t { kAccepted, kRejected, kLater };
+  void use_track(const State& state, TrackType& track, bool may_start, FrameReport& report);
+  void start_feature(const TrackType& track);
+  /// Makes rows() what is used of a track: with its range, unless that contradicts the observations, which are judged
+  /// first and alone.
+  Rows& rows() { return with_range_ ? ranged_ : plain_; }
+  Use select_rows(const State& state, const Views& views, const KnownDepth* known);
+  std::optional<KnownDepth> known_depth(const State& state, const TrackType& track, const Views& views) const;
   void add_compressed_rows(const State& state, UpdateStack<Config>& stack);
   void insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report);
   void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
@@ -78,7 +87,9 @@ class VisualUpdate {
   ChiSquareTable gate_;
 
   MatrixStorage<Rows::kPoseColumns, Rows::kPoseColumns + 1> compressed_;
-  Rows rows_;
+  Rows plain_;               ///< of the track without its range
+  Rows ranged_;              ///< of the same track with it
+  bool with_range_ = false;  ///< which of the two is used
   std::array<PendingFeature, kMaxStarts> pending_;
   std::size_t pending_count_ = 0;
   std::array<std::uint32_t, kMaxTiles> tiles_{};

@@ -107,11 +107,14 @@ Views VisualUpdate<Config>::views_of(const State& state, const TrackType& track)
 }
 
 /// The range of a track and the view it belongs to; nothing when that view has left the window.
-inline std::optional<KnownDepth> known_depth(const std::optional<TrackRange>& range, std::size_t slot,
-                                             const Views& views, double sigma) {
-  if (!range) return std::nullopt;
+template <class Config>
+std::optional<KnownDepth> VisualUpdate<Config>::known_depth(const State& state, const TrackType& track,
+                                                            const Views& views) const {
+  if (!track.range) return std::nullopt;
+  const TrackRange& range = *track.range;
+  const std::size_t slot = state.slot_of(range.sequence);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (views[i].pose_slot == slot) return KnownDepth{i, range->rho_1_m, range->sigma_1_m, sigma / range->sigma_1_m};
+    if (views[i].pose_slot == slot) return KnownDepth{i, range.rho_1_m, range.sigma_1_m, sigma_ / range.sigma_1_m};
   }
   return std::nullopt;
 }
@@ -120,7 +123,7 @@ template <class Config>
 bool VisualUpdate<Config>::determined(const State& state, const TrackType& track) const {
   const Views views = views_of(state, track);
   if (views.size() < static_cast<std::size_t>(options_.min_track_length)) return false;
-  const bool ranged = track.range && state.slot_of(track.range->sequence) != Config::kMaxPoses;
+  const bool ranged = known_depth(state, track, views).has_value();
   return parallax(views, views.size() - 1) >= (ranged ? ranged_min_parallax_ : limits_.min_parallax);
 }
 
@@ -152,8 +155,7 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
   for (std::size_t tries = 0; tries < 2 * kMaxStarts && budget > 0; ++tries) {
     TrackType* track = next_start(state, tracks);
     if (track == nullptr) break;
-    if (add_track(state, *track, true, report)) ++tiles_[tile_of(track->samples.back().z)];
-    track->use_up();
+    use_track(state, *track, true, report);
     --budget;
   }
   // Then the long and the ended, longest first.
@@ -164,44 +166,63 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
       if (track.in_state || track.banned || track.samples.size() != length) continue;
       if (track.alive && !full(track)) continue;
       if (!determined(state, track)) continue;
-      add_track(state, track, false, report);
-      track.use_up();
+      use_track(state, track, false, report);
       --budget;
     }
   }
 }
 
 template <class Config>
-bool VisualUpdate<Config>::add_track(State& state, TrackType& track, bool may_start, FrameReport& report) {
+typename VisualUpdate<Config>::Use VisualUpdate<Config>::select_rows(const State& state, const Views& views,
+                                                                     const KnownDepth* known) {
+  constexpr double kRangeGate = 9.0;  // three sigmas, squared: what the range adds to the track's innovation
   const ConstMatrixView poses =
       state.covariance().block(Layout::kPoses, Layout::kPoses, Rows::kPoseColumns, Rows::kPoseColumns);
+  with_range_ = false;
+  const Status seen = build_track_rows(views, limits_, sigma_, plain_);
+  const double plain = ok(seen) ? innovation_squared(plain_, poses) : 0.0;
+  if (ok(seen) && !(plain <= gate_.quantile(plain_.pose_rows().rows()))) return Use::kRejected;
+  if (known != nullptr && ok(build_track_rows(views, limits_, sigma_, ranged_, known))) {
+    const double limit = ok(seen) ? plain + kRangeGate : gate_.quantile(ranged_.pose_rows().rows());
+    with_range_ = innovation_squared(ranged_, poses) <= limit;
+  }
+  if (ok(seen) || with_range_) return Use::kAccepted;
+  return known != nullptr && seen == Status::kIllConditioned ? Use::kLater : Use::kRejected;
+}
+
+template <class Config>
+void VisualUpdate<Config>::use_track(const State& state, TrackType& track, bool may_start, FrameReport& report) {
   const Views views = views_of(state, track);
-  const auto known =
-      known_depth(track.range, track.range ? state.slot_of(track.range->sequence) : Config::kMaxPoses, views, sigma_);
-  const auto agrees = [&](const KnownDepth* with) {
-    return ok(build_track_rows(views, limits_, sigma_, rows_, with)) && passes_gate(rows_, poses, gate_);
-  };
-  const bool ranged = known && agrees(&*known);
-  const bool accepted = ranged || agrees(nullptr);  // a false echo is no fault of the track
-  ++(accepted ? report.msckf_used : report.msckf_rejected);
-  if (known) ++(ranged ? report.ranged_used : report.ranged_rejected);
-  if (!accepted) return false;
-  if (may_start) {
-    PendingFeature& pending = pending_[pending_count_++];
-    pending.track_id = track.id;
-    pending.feature = rows_.feature;
-    pending.anchor_slot = rows_.anchor_slot;
-    pending.ranged = ranged;
-    const ConstMatrixView from = rows_.feature_rows();
-    for (std::size_t r = 0; r < kFeatureSize; ++r) std::copy_n(from.row(r), from.cols(), pending.rows.view().row(r));
+  const std::optional<KnownDepth> known = known_depth(state, track, views);
+  const Use use = select_rows(state, views, known ? &*known : nullptr);
+  if (known) ++(with_range_ ? report.ranged_used : report.ranged_rejected);
+  if (use == Use::kLater) {
+    track.range.reset();  // a false echo is no fault of the track
+    return;
   }
-  MatrixView rows = rows_.pose_rows();
-  const double pays = 1.0 / std::sqrt(gate_.cost(rows.rows()));
-  for (std::size_t r = 0; r < rows.rows(); ++r) {
-    for (std::size_t c = 0; c < rows.cols(); ++c) rows(r, c) *= pays;
+  ++(use == Use::kAccepted ? report.msckf_used : report.msckf_rejected);
+  if (use == Use::kAccepted) {
+    if (may_start) start_feature(track);
+    MatrixView seen = rows().pose_rows();
+    const double pays = 1.0 / std::sqrt(gate_.cost(seen.rows()));
+    for (std::size_t r = 0; r < seen.rows(); ++r) {
+      for (std::size_t c = 0; c < seen.cols(); ++c) seen(r, c) *= pays;
+    }
+    fold_rows(compressed_.view(), seen, Rows::kPoseColumns);
   }
-  fold_rows(compressed_.view(), rows, Rows::kPoseColumns);
-  return true;
+  track.use_up();
+}
+
+template <class Config>
+void VisualUpdate<Config>::start_feature(const TrackType& track) {
+  ++tiles_[tile_of(track.samples.back().z)];
+  PendingFeature& pending = pending_[pending_count_++];
+  pending.track_id = track.id;
+  pending.feature = rows().feature;
+  pending.anchor_slot = rows().anchor_slot;
+  pending.ranged = with_range_;
+  const ConstMatrixView from = rows().feature_rows();
+  for (std::size_t r = 0; r < kFeatureSize; ++r) std::copy_n(from.row(r), from.cols(), pending.rows.view().row(r));
 }
 
 template <class Config>

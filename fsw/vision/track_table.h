@@ -32,6 +32,11 @@ struct Track {
   FixedVector<TrackSample, MaxLength> samples;  ///< unused observations, oldest first, one per image at most
   std::optional<TrackRange> range;              ///< not yet used
 
+  /// The observation and the range that belongs to it.
+  void forget(std::size_t sample) {
+    if (range && range->sequence == samples[sample].sequence) range.reset();
+    samples.erase(sample);
+  }
   void use_up() {
     samples.clear();
     range.reset();
@@ -69,7 +74,7 @@ class TrackTable {
       }
       track->alive = true;
       ++track->age;
-      if (track->samples.full()) track->samples.erase(0);
+      if (track->samples.full()) track->forget(0);
       static_cast<void>(track->samples.push_back({frame.sequence, Vec2(seen.x, seen.y)}));
     }
   }

@@ -2,6 +2,7 @@
 // how accurate it was and whether its covariance told the truth. No images are made: features are projected landmarks.
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -80,7 +81,10 @@ void set_parameter(EstimatorOptions& options, const std::string& text) {
   if (equals == std::string::npos) throw std::invalid_argument("--set takes NAME=VALUE, not '" + text + "'");
   Parameters parameters;
   parameters.estimator = options;
-  const double value = std::stod(text.substr(equals + 1));
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + equals + 1, end, value);
+  if (error != std::errc() || rest != end) throw std::invalid_argument("not a number: '" + text + "'");
   if (!ok(parameter_table().set(parameters, text.substr(0, equals), value).status))
     throw std::invalid_argument("no such parameter, or not such a value: '" + text + "'");
   options = parameters.estimator;

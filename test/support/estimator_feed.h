@@ -32,12 +32,23 @@ class EstimatorFeed {
   std::function<bool(ImuSample&)> on_imu = [](ImuSample&) { return true; };
   std::function<bool(RangeSample&)> on_range = [](RangeSample&) { return true; };
   std::function<bool(Frame&)> on_frame = [](Frame&) { return true; };
+  /// The same for an image at its time, before features are followed in it; process() it later.
+  std::function<bool(Time)> on_image = [](Time) { return true; };
   /// Called after each frame the estimator has processed.
   std::function<void(Status)> after_frame = [](Status) {};
 
   /// Flies on until `t_s` after the start of the trajectory.
   void fly_until(double t_s) {
     for (; next_ < events_.size() && events_[next_].t_s <= t_s; ++next_) take(events_[next_]);
+  }
+
+  /// Follows the features into the image at t and hands them over.
+  void process(Time t) {
+    CameraFrame image;
+    image.t_exposure_mid = t;
+    image.sequence = sequence_++;
+    if (!ok(tracker_.track(image, estimator->predict_motion(t), frame_))) return;
+    if (on_frame(frame_)) after_frame(estimator->process(frame_));
   }
 
   sim::TruthState truth() const { return scene_.trajectory.at((frame_.t - sim::flight_epoch()).seconds()); }
@@ -60,18 +71,10 @@ class EstimatorFeed {
       if (settings_.start_from_truth && !started_) estimator->start_from(sim::true_nav_state(at, imu_, t));
       started_ = true;
       while (!waiting_.empty() && t >= waiting_.front()) {
-        process(waiting_.front());
+        if (on_image(waiting_.front())) process(waiting_.front());
         waiting_.erase(waiting_.begin());
       }
     }
-  }
-
-  void process(Time t) {
-    CameraFrame image;
-    image.t_exposure_mid = t;
-    image.sequence = sequence_++;
-    if (!ok(tracker_.track(image, estimator->predict_motion(t), frame_))) return;
-    if (on_frame(frame_)) after_frame(estimator->process(frame_));
   }
 
   sim::Scene scene_;

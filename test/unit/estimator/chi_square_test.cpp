@@ -117,6 +117,7 @@ TEST(GateCost, AWideGateCostsNothing) {
   for (std::size_t dof = 1; dof <= 24; ++dof) {
     EXPECT_GT(gate_cost(ChiSquareTable(0.95).quantile(dof), dof), 1.03) << dof;
     EXPECT_NEAR(gate_cost(1e3, dof), 1.0, 1e-12) << dof;
+    EXPECT_LT(ChiSquareTable(0.9).cost(dof), 3.0) << dof;  // the narrowest gate that vision.gate_probability allows
   }
 }
 

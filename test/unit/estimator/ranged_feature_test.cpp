@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
 #include "fsw/base/mission_config.h"
 #include "test/support/estimator_feed.h"
 #include "test/support/sim/accuracy.h"
@@ -70,6 +73,8 @@ Outcomes fly(bool feature, bool facet, double facet_after_s) {
   feed.after_frame = [&](Status) {
     out.tracks_used += feed.estimator->report().ranged_used;
     EXPECT_GE(feed.estimator->counters().ranges_feature, out.tracks_used);  // a range is in one track's rows at most
+    const auto& features = feed.estimator->slam_features();
+    EXPECT_LE(std::count_if(features.begin(), features.end(), [](const SlamFeature& f) { return f.ranged; }), 10);
   };
   feed.fly_until(kLength_s);
   out.ranges = feed.estimator->counters();
@@ -96,6 +101,46 @@ TEST(RangedFeature, ARangeGoesToATrackOrToAFacetNeverToBoth) {
   EXPECT_EQ(facet.ranges.ranges_feature, 0U);
   EXPECT_EQ(facet.tracks_used, 0U);
   EXPECT_GT(facet.ranges.ranges_used, 30U);
+}
+
+// Nothing can be followed at the laser's spot any more: once no track with a range is left, the facet is asked.
+TEST(RangedFeature, WithoutRangedTracksTheFacetIsAsked) {
+  constexpr double kNoMore_s = 2.0;
+  constexpr double kAboutTheSpot = 0.1;  // the beam is along the axis, the camera moves little between images
+  Feed feed(test::lively_scene(kLength_s), noise_free_settings());
+  feed.estimator = estimator_with(true, true, 0.5);
+  std::set<std::uint32_t> known;
+  feed.on_frame = [&known](Feed::Frame& frame) {
+    const bool open = (frame.t - sim::flight_epoch()).seconds() < kNoMore_s;
+    frame.observations.erase_if([&](const FeatureObservation& o) {
+      return !open && !known.contains(o.track_id) && Vec2(o.x, o.y).norm() < kAboutTheSpot;
+    });
+    for (const FeatureObservation& o : frame.observations) known.insert(o.track_id);
+    return true;
+  };
+  feed.fly_until(kNoMore_s);
+  EXPECT_GT(feed.estimator->counters().ranges_feature, 20U);
+  const std::uint64_t before = feed.estimator->counters().ranges_used;
+  feed.fly_until(kLength_s);
+  EXPECT_GT(feed.estimator->counters().ranges_used, before + 10);
+  EXPECT_EQ(feed.estimator->state().mode, NavMode::kRangeVio);
+}
+
+// Every fifth range is too short by metres. Those that tracks took are found out by the tracks.
+TEST(RangedFeature, AFalseEchoIsRefusedAndItsTrackUsed) {
+  sim::FlightSettings settings = test::quick_settings(true);
+  settings.range.outlier = 0.2;
+  Feed feed(test::lively_scene(kLength_s), settings);
+  std::uint32_t refused = 0;
+  std::uint32_t tracks_refused = 0;
+  feed.after_frame = [&](Status) {
+    refused += feed.estimator->report().ranged_rejected;
+    tracks_refused += feed.estimator->report().msckf_rejected;
+  };
+  feed.fly_until(kLength_s);
+  EXPECT_GT(refused, 5U);
+  EXPECT_LE(tracks_refused, 15U);                                                // 12 without false echoes
+  EXPECT_LT(test::position_error(feed.estimator->state(), feed.truth()), 0.25);  // 0.16 without false echoes
 }
 
 // Constant velocity on a slope over blocks: neither IMU nor facets tell the scale here. A range taken at the image's
