@@ -179,7 +179,7 @@ def test_the_table_fits_the_terminal(tools: Path, capsys: pytest.CaptureFixture[
 def test_demo_flies_a_recording_and_leaves_a_report(
     tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(demo, "_build", lambda steps, out: None)
+    monkeypatch.setattr(pipeline, "build", lambda steps, out: None)
     flight = tools / "made/flight"
     assert demo.main(["--flight", str(flight), "--out", str(tools / "out"), "--no-open"]) == 0
     text = capsys.readouterr().out
@@ -191,7 +191,7 @@ def test_demo_flies_a_recording_and_leaves_a_report(
 def test_full_demo_flies_every_scene(
     tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(demo, "_build", lambda steps, out: None)
+    monkeypatch.setattr(pipeline, "build", lambda steps, out: None)
     monkeypatch.setattr(demo, "DEFAULT_IMAGES", 2)
     assert demo.main(["--full", "--out", str(tools / "out"), "--no-open"]) == 0
     assert _calls(tools).count("simulate") == 2

@@ -42,6 +42,9 @@ def flown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(pipeline, "REPLAY", tmp_path / "plumb-replay")
     calls: list[str] = []
 
+    def build(steps: Steps, out: Path) -> None:
+        """Built already."""
+
     def simulate(steps: Steps, scene: Scene, seed: int, log: Path) -> Path:
         flight = scene.flight(seed)
         flight.mkdir(parents=True, exist_ok=True)
@@ -56,7 +59,7 @@ def flown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def judge(scene: str, seed: int, flight: Path, folders: Folders) -> Outcome:
         return Outcome(scene, seed, GOOD, BAD, {})
 
-    for function in (simulate, fly, judge):
+    for function in (build, simulate, fly, judge):
         monkeypatch.setattr(pipeline, function.__name__, function)
     return calls
 

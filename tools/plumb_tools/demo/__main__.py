@@ -58,13 +58,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _build(steps: Steps, out: Path) -> None:
-    with steps.step("build") as step:
-        step.run("configure", ["cmake", "--preset", "flight", "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
-        command = ["cmake", "--build", ROOT / "build/flight", "--target", "plumb-replay"]
-        step.run("build", [*command, "--parallel", str(os.cpu_count() or 1)], out / "build.log")
-
-
 def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> tuple[Outcome, Path]:
     """Flies a flight, judges it and writes its report."""
     pipeline.fly(steps, name, flight, folders)
@@ -106,7 +99,7 @@ def _demo(arguments: argparse.Namespace, console: Console) -> None:
     steps.note("set up", arguments.setup_seconds)
     if arguments.flight is not None and not (arguments.flight / "mav0").is_dir():
         raise InputError(f"{arguments.flight}: holds no mav0; --flight takes a folder in ASL layout")
-    _build(steps, arguments.out)
+    pipeline.build(steps, arguments.out)
     outcomes, pages = _fly_all(arguments, steps)
     steps.note("everything", monotonic() - started)
     console.print()

@@ -73,6 +73,14 @@ def find_scene(name: str) -> Scene:
     return Scene(file.stem, file)
 
 
+def build(steps: Steps, out: Path) -> None:
+    """Builds the flight software that flies, with its logs in `out`."""
+    with steps.step("build") as step:
+        step.run("configure", ["cmake", "--preset", "flight", "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
+        command = ["cmake", "--build", ROOT / "build/flight", "--target", "plumb-replay"]
+        step.run("build", [*command, "--parallel", str(os.cpu_count() or 1)], out / "build.log")
+
+
 def built_replay() -> Path:
     """The flight software that flies. Throws StepFailed when it is not built."""
     if not REPLAY.exists():

@@ -98,9 +98,10 @@ def _label(draw: ImageDraw.ImageDraw, run: Run, view: View) -> None:
     states = run.states
     text = f"{view.t_s:.1f} s"
     outcome = int(states["range_outcome"][view.row])
+    if outcome != RangeOutcome.NONE:
+        text += f"   laser {float(states['range_measured_m'][view.row]):.2f} m"
     if outcome in (RangeOutcome.USED, RangeOutcome.GATED):
-        measured, predicted = (float(states[f"range_{name}_m"][view.row]) for name in ("measured", "predicted"))
-        text += f"   laser {measured:.2f} m   facet {predicted:.2f} m"
+        text += f"   facet {float(states['range_predicted_m'][view.row]):.2f} m"
         text += "   gated" if outcome == RangeOutcome.GATED else ""
     place = (10 * SUPERSAMPLING, 8 * SUPERSAMPLING)
     box = draw.textbbox(place, text, font=_font(13))

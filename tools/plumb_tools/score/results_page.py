@@ -127,8 +127,7 @@ def markdown(results: Sequence[SceneResults], command: str) -> str:
     lines = [INTRODUCTION, "", *_markdown_table(results), "", "## What each scene shows", ""]
     for result in results:
         lines += _scene_text(result)
-    commands = ["tools/setup", "cmake --preset flight", "cmake --build --preset flight", command]
-    lines += ["## How this page is made", "", *(f"    {line}" for line in commands), ""]
+    lines += ["## How this page is made", "", f"    {command}", ""]
     lines.append(f"CPU times and real-time factors are from {_processor()}, two flights at a time.")
     return "\n".join(lines) + "\n"
 

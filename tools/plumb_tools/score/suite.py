@@ -30,7 +30,7 @@ RESULT_FILE = "result.json"
 TABLE_WIDTH = 128
 
 DESCRIPTION = """\
-Simulates every scene with several seeds, flies each flight with the range finder and without, scores both, and writes
+Builds, simulates every scene with several seeds, flies each flight with the range finder and without, scores both, and writes
 the means and the worst values as Markdown. It can be stopped and goes on where it was. Flights are kept in
 build/flights and used again while scene, seed and simulator are the same, so that a changed estimator only flies them
 anew; they take 5 MB per second of flight."""
@@ -117,7 +117,9 @@ def fly_one(steps: Steps, scene: Scene, seed: int, folders: Folders, discard: bo
 def _suite(arguments: argparse.Namespace, console: Console) -> None:
     steps = Steps(console)
     results = []
-    for item in wanted(arguments.scenes, arguments.seeds):
+    items = wanted(arguments.scenes, arguments.seeds)
+    pipeline.build(steps, arguments.work)
+    for item in items:
         outcomes = []
         for seed in range(1, item.seeds + 1):
             folders = Folders(arguments.work / item.scene.name / f"seed-{seed}")
