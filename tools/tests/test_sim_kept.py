@@ -114,6 +114,22 @@ def test_what_a_killed_simulation_left_is_cleared_away(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["flight"]
 
 
+def test_a_flight_that_is_half_removed_does_not_look_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flight = tmp_path / "flight"
+    (flight / "mav0").mkdir(parents=True)
+    made_from = _origin(tmp_path, {})
+    kept.mark(flight, made_from)
+    assert kept.holds(flight, made_from)
+
+    def interrupted(folder: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(kept.shutil, "rmtree", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        kept.remove(flight)
+    assert not kept.holds(flight, made_from)
+
+
 def test_two_simulations_into_one_folder_do_not_meet(tmp_path: Path) -> None:
     with kept.whole_or_nothing(tmp_path / "flight") as folder:
         (folder / "image").write_text("first")

@@ -104,6 +104,8 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
     [
         ("scene: {a: [1}", "scene.yaml:1"),
         ("scene: {}\nscene: {}", "'scene' is given twice"),
+        ("? [a, b]\n: 1", "expected YAML"),
+        ("sensors: {imu: {rate_hz: 2020-13-45}}", "expected YAML"),
         ("- 1", "a section with"),
         ("", "trajectory.segments: is missing"),
     ],

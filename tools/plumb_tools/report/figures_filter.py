@@ -60,9 +60,9 @@ def range_profile(model: Model) -> Panel | None:
     figure.update_traces(hovertemplate="%{y:.2f} m")
     time_axis(figure, model.duration_s, 1)
     caption = (
-        "A range goes to the track that starts at the laser's spot. Where none does, it is compared with the facet of "
-        "three SLAM features under the beam; what disagrees by more than the gate is not used. Click in any figure "
-        "over time to see the image of that moment."
+        "A range goes to the track that starts at the laser's spot. While such tracks are of use, other ranges are "
+        "spared; where there are none, a range is compared with the facet of three SLAM features under the beam, and "
+        "not used if it disagrees by more than the gate. Click in any figure over time to see the image of that moment."
     )
     return Panel("range", "Range profile", caption, figure, 340)
 

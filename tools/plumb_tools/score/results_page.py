@@ -23,7 +23,7 @@ from plumb_tools.demo.results import (
 INTRODUCTION = """\
 # Results
 
-Scenes of `tools/scenes`, each simulated with several seeds: the same scene with other noise, biases, clocks and
+Scenes of `tools/scenes`, each simulated with one or more seeds: the same scene with other noise, biases, clocks and
 gusts. Each flight is flown twice by the same flight software with the same settings; VIO only leaves the range finder
 out. The images are rendered, and the whole front end works on them.
 

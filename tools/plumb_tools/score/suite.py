@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
 from plumb_tools.demo.results import Outcome, terminal_table
 from plumb_tools.score.results_page import SceneResults, markdown
-from plumb_tools.sim import scene_file
+from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
 
 EXIT_FAILED = 1
@@ -110,7 +109,7 @@ def fly_one(steps: Steps, scene: Scene, seed: int, folders: Folders, discard: bo
     outcome = pipeline.judge(scene.name, seed, flight, folders)
     pipeline.write_json(folders.base / RESULT_FILE, {"key": key, "outcome": outcome.as_json()})
     if discard:
-        shutil.rmtree(flight)
+        kept.remove(flight)
     return outcome
 
 

@@ -84,6 +84,12 @@ def mark(folder: Path, made_from: Origin) -> None:
     (folder / FILE).write_text(json.dumps(vars(made_from), indent=2) + "\n", encoding="utf-8")
 
 
+def remove(flight: Path) -> None:
+    """Deletes a flight, its mark first: what an interrupt leaves of it does not look whole."""
+    (flight / FILE).unlink(missing_ok=True)
+    shutil.rmtree(flight)
+
+
 @contextmanager
 def whole_or_nothing(target: Path) -> Iterator[Path]:
     """A folder to write to that becomes `target` at the end, or goes away when anything goes wrong."""
@@ -98,7 +104,7 @@ def whole_or_nothing(target: Path) -> Iterator[Path]:
         try:
             yield partial
             if target.exists():
-                shutil.rmtree(target)
+                remove(target)
             os.replace(partial, target)
         except BaseException:
             shutil.rmtree(partial, ignore_errors=True)

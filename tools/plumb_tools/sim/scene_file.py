@@ -85,7 +85,7 @@ def read(path: Path) -> Scene:
     """A scene with all defaults filled in; `SceneFaults` names every key that is wrong."""
     try:
         content = yaml.load(read_text(path), _Loader)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:  # the last three: of odd keys and values
         mark = getattr(error, "problem_mark", None)
         where = f"{path}:{mark.line + 1}" if mark is not None else str(path)
         raise InputError(f"{where}: {getattr(error, 'problem', None) or error}; expected YAML") from None
