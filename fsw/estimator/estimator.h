@@ -92,6 +92,7 @@ class Estimator {
     double depth_m = 0.0;   ///< along the optical axis
     double cos_axis = 0.0;  ///< between beam and optical axis
   };
+  /// Nothing where no track could prove the range.
   std::optional<LaserSpot> laser_spot(const RangeSample& range, Time t) const;
   bool moves_across(const LaserSpot& spot, Time t) const;
   bool tracks_serve(Time t) const;

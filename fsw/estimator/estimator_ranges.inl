@@ -44,7 +44,7 @@ MotionPrediction Estimator<Config>::predict_motion(Time t) const {
   if (initialised_ && options_.range.feature) {
     for (const RangeSample& range : ranges_) {
       const std::optional<LaserSpot> spot = laser_spot(range, t);
-      if (!spot || !moves_across(*spot, t)) continue;
+      if (!spot) continue;
       if (out.wanted.full()) out.wanted.erase(0);
       static_cast<void>(out.wanted.push_back(spot->z));
     }
@@ -52,9 +52,9 @@ MotionPrediction Estimator<Config>::predict_motion(Time t) const {
   return out;
 }
 
-/// Where the laser met the ground, seen from the camera at t: the beam at the time of the range, carried to t by the
-/// motion between, as the IMU and the present estimate tell it. That is a few centimetres, and an error of the velocity
-/// moves it by far less than the range's own noise.
+/// Where the laser met the ground, seen from the camera at t, if a track there could prove the range: the beam at the
+/// time of the range, carried to t by the motion between, as the IMU and the present estimate tell it. That is a few
+/// centimetres, and an error of the velocity moves it by far less than the range's own noise.
 template <class Config>
 std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_spot(const RangeSample& range,
                                                                                    Time t) const {
@@ -62,15 +62,15 @@ std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_sp
   if (!imu_.spans(state_.t, t)) return std::nullopt;
   KinematicState motion = state_.core.motion;
   const auto carry = [&](Time from, Time to) {
-    const auto debiased = [&](const InertialRates& raw) {
-      return InertialRates{raw.gyro_rad_s - state_.core.b_gyro_rad_s, raw.accel_m_s2 - state_.core.b_accel_m_s2};
+    const auto debiased = [this](const InertialRates& raw) {
+      return without_bias(raw, state_.core.b_gyro_rad_s, state_.core.b_accel_m_s2);
     };
     imu_.for_each_interval(from, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
       strapdown_step(motion, debiased(a), debiased(b), dt, options_.imu.gravity_m_s2);
     });
   };
   carry(state_.t, range.t);
-  const Vec3 spot_C = calibration_.p_CR_m + range.range_m * calibration_.u_C;
+  const Vec3 spot_C = calibration_.impact_C_m(range.range_m);
   const Vec3 spot_W = motion.p_WI_m + motion.q_WI * (calibration_.p_IC_m + calibration_.q_IC * spot_C);
   const Vec3 beam_W = motion.q_WI * (calibration_.q_IC * calibration_.u_C);
   carry(range.t, t);
@@ -79,7 +79,9 @@ std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_sp
   const double cos_axis = (q_CW * beam_W).z();
   constexpr double kMinCosine = 0.1;  // a beam across the image says little about depth
   if (!(seen_C.z() > 0.0) || !(cos_axis > kMinCosine)) return std::nullopt;
-  return LaserSpot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis};
+  const LaserSpot spot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis};
+  if (!moves_across(spot, t)) return std::nullopt;
+  return spot;
 }
 
 /// True when a track at this spot will show some parallax by the time it fills the window: the speed across its ray
@@ -110,7 +112,7 @@ bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
   if (!options_.range.feature) return false;
   const std::optional<LaserSpot> spot = laser_spot(range, t);
-  if (!spot || !moves_across(*spot, t)) return false;
+  if (!spot) return false;
   double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
   typename Table::TrackType* taker = nullptr;
   for (auto& track : tracks_.tracks()) {
@@ -144,7 +146,7 @@ template <class Config>
 RangeSample Estimator<Config>::take_range() {
   const RangeSample range = ranges_.front();
   ranges_.erase(0);
-  last_range_depth_m_ = (calibration_.p_CR_m + range.range_m * calibration_.u_C).z();
+  last_range_depth_m_ = calibration_.impact_C_m(range.range_m).z();
   last_range_sample_t_ = range.t;
   return range;
 }

@@ -220,7 +220,7 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
   // depth is affine in image coordinates over a plane.
   const CameraPose& camera = ranges_[index].camera;
   const CameraPose& anchor = images_[problem.images.size() - 1].camera;
-  const Vec3 impact_C = calibration_.p_CR_m + problem.ranges[index].range_m * calibration_.u_C;
+  const Vec3 impact_C = calibration_.impact_C_m(problem.ranges[index].range_m);
   const Vec3 h = anchor.R_WC.transpose() * (camera.p_WC_m + camera.R_WC * impact_C - anchor.p_WC_m);
   if (!(h.z() > 0.0)) return 0.0;
   const Vec2 query = h.head<2>() / h.z();

@@ -15,6 +15,9 @@ struct SensorCalibration {
   double focal_px = 0.0;         ///< converts pixel noise to the normalised plane
   double half_fov_x = 0.0;       ///< half width of the image in the normalised plane: tiles are laid over it
   double half_fov_y = 0.0;
+
+  /// Where the beam ends, in C.
+  Vec3 impact_C_m(double range_m) const { return p_CR_m + range_m * u_C; }
 };
 
 struct ImuOptions {

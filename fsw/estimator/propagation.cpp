@@ -36,8 +36,8 @@ Mat15 error_dynamics(const KinematicState& motion, double gravity_m_s2) {
 void propagate_step(CoreState& state, CoreTransition& transition, const InertialRates& start, const InertialRates& end,
                     double dt_s, const ImuOptions& options) {
   const KinematicState before = state.motion;
-  const InertialRates a{start.gyro_rad_s - state.b_gyro_rad_s, start.accel_m_s2 - state.b_accel_m_s2};
-  const InertialRates b{end.gyro_rad_s - state.b_gyro_rad_s, end.accel_m_s2 - state.b_accel_m_s2};
+  const InertialRates a = without_bias(start, state.b_gyro_rad_s, state.b_accel_m_s2);
+  const InertialRates b = without_bias(end, state.b_gyro_rad_s, state.b_accel_m_s2);
   strapdown_step(state.motion, a, b, dt_s, options.gravity_m_s2);
 
   // Linearise at the middle of the step.

@@ -101,7 +101,7 @@ template <class Config>
 Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
                                                                                    const CameraPose& camera,
                                                                                    double range_m) {
-  const Vec3 impact_C = beam_.p_CR_m + range_m * beam_.u_C;
+  const Vec3 impact_C = calibration_.impact_C_m(range_m);
   if (!(impact_C.z() > 0.0)) return Status::kRejected;
   const Vec2 query = impact_C.head<2>() / impact_C.z();
   const Result<FacetChoice> facet = find_facet({seen_.points.data(), seen_.points.size()}, query);

@@ -111,12 +111,10 @@ double UpdateStack<Config>::close(const FilterState<Config>& state, const Suppor
 template <class Config>
 void UpdateStack<Config>::weaken(std::size_t count, double factor) {
   const double scale = 1.0 / std::sqrt(factor);
-  for (std::size_t i = rows_ - count; i < rows_; ++i) {
-    for (double* row : {h_.view().row(i), hp_.view().row(i)}) {
-      for (std::size_t c = 0; c < size_; ++c) row[c] *= scale;
-    }
-    r_[i] *= scale;
-  }
+  const std::size_t first = rows_ - count;
+  scale_in_place(h_.view().block(first, 0, count, size_), scale);
+  scale_in_place(hp_.view().block(first, 0, count, size_), scale);
+  scale_in_place(MatrixView(r_ + first, count, 1, 1), scale);
 }
 
 template <class Config>

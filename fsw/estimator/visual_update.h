@@ -57,9 +57,9 @@ class VisualUpdate {
   enum class Use : std::uint8_t { kAccepted, kRejected, kLater };
   void use_track(const State& state, TrackType& track, bool may_start, FrameReport& report);
   void start_feature(const TrackType& track);
-  /// Makes rows() what is used of a track: with its range, unless that contradicts the observations, which are judged
-  /// first and alone.
+  /// Of the track at hand: what select_rows() chose.
   Rows& rows() { return with_range_ ? ranged_ : plain_; }
+  /// With its range, unless that contradicts the observations, which are judged first and alone.
   Use select_rows(const State& state, const Views& views, const KnownDepth* known);
   std::optional<KnownDepth> known_depth(const State& state, const TrackType& track, const Views& views) const;
   void add_compressed_rows(const State& state, UpdateStack<Config>& stack);

@@ -203,11 +203,8 @@ void VisualUpdate<Config>::use_track(const State& state, TrackType& track, bool 
   ++(use == Use::kAccepted ? report.msckf_used : report.msckf_rejected);
   if (use == Use::kAccepted) {
     if (may_start) start_feature(track);
-    MatrixView seen = rows().pose_rows();
-    const double pays = 1.0 / std::sqrt(gate_.cost(seen.rows()));
-    for (std::size_t r = 0; r < seen.rows(); ++r) {
-      for (std::size_t c = 0; c < seen.cols(); ++c) seen(r, c) *= pays;
-    }
+    const MatrixView seen = rows().pose_rows();
+    scale_in_place(seen, 1.0 / std::sqrt(gate_.cost(seen.rows())));
     fold_rows(compressed_.view(), seen, Rows::kPoseColumns);
   }
   track.use_up();

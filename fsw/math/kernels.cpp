@@ -100,6 +100,12 @@ void subtract_gram(MatrixView p, ConstMatrixView w) {
   mirror_lower(p);
 }
 
+void scale_in_place(MatrixView a, double factor) {
+  for (std::size_t r = 0; r < a.rows(); ++r) {
+    for (std::size_t c = 0; c < a.cols(); ++c) a(r, c) *= factor;
+  }
+}
+
 void mirror_lower(MatrixView p) {
   for (std::size_t i = 0; i < p.rows(); ++i) {
     for (std::size_t j = 0; j < i; ++j) p(j, i) = p(i, j);

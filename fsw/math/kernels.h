@@ -22,6 +22,9 @@ void solve_lower_transposed_in_place(ConstMatrixView l, double* x);
 /// p <- p - w^T w for symmetric p (n x n) and w (m x n). Both triangles are written, equal bit for bit.
 void subtract_gram(MatrixView p, ConstMatrixView w);
 
+/// a <- factor a.
+void scale_in_place(MatrixView a, double factor);
+
 /// Copies the lower triangle onto the upper one.
 void mirror_lower(MatrixView p);
 

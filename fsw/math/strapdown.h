@@ -23,6 +23,11 @@ struct InertialRates {
   Vec3 accel_m_s2 = Vec3::Zero();
 };
 
+/// IMU values as measured, less their biases.
+inline InertialRates without_bias(const InertialRates& measured, const Vec3& b_gyro_rad_s, const Vec3& b_accel_m_s2) {
+  return {measured.gyro_rad_s - b_gyro_rad_s, measured.accel_m_s2 - b_accel_m_s2};
+}
+
 /// Advances `state` by dt_s [s] from `start` to `end`; a negative dt_s integrates backwards. gravity_m_s2 > 0 points
 /// along -z of W.
 void strapdown_step(KinematicState& state, const InertialRates& start, const InertialRates& end, double dt_s,

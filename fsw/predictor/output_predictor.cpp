@@ -104,10 +104,11 @@ void OutputPredictor::drop_before(Time t) {
 // Steps from the state's own time, which may lie inside [start, end], to the end of the interval.
 void OutputPredictor::advance(const ImuSample& start, const ImuSample& end) {
   if (end.t <= t_kinematic_) return;
-  const InertialRates rates_start{.gyro_rad_s = to_vec3(start.gyro_rad_s) - b_gyro_rad_s_,
-                                  .accel_m_s2 = to_vec3(start.accel_m_s2) - b_accel_m_s2_};
-  const InertialRates rates_end{.gyro_rad_s = to_vec3(end.gyro_rad_s) - b_gyro_rad_s_,
-                                .accel_m_s2 = to_vec3(end.accel_m_s2) - b_accel_m_s2_};
+  const auto rates = [this](const ImuSample& raw) {
+    return without_bias({to_vec3(raw.gyro_rad_s), to_vec3(raw.accel_m_s2)}, b_gyro_rad_s_, b_accel_m_s2_);
+  };
+  const InertialRates rates_start = rates(start);
+  const InertialRates rates_end = rates(end);
   const double fraction = (t_kinematic_ - start.t).seconds() / (end.t - start.t).seconds();
   strapdown_step(kinematic_, interpolate(rates_start, rates_end, fraction), rates_end, (end.t - t_kinematic_).seconds(),
                  options_.gravity_m_s2);

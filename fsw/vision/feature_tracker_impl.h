@@ -267,7 +267,8 @@ std::uint32_t FeatureTracker<MaxTracks, Kernels>::drop_unkept() {
 }
 
 // Each gets the patch that is there, no corner needed: its alignment asks only for texture in both directions, which
-// taking the patch checks. They come on top of max_features, as far as there is room.
+// taking the patch checks. They come before corners and may exceed max_features; fewer corners are started for it
+// later.
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::start_wanted(const MotionPrediction& motion) {
   for (const Vec2& wanted : motion.wanted) {

@@ -17,8 +17,8 @@ struct MotionPrediction {
   bool valid = false;                   ///< false: no usable IMU between the images; search around the old positions
   Quat q_CnowCprev = Quat::Identity();  ///< rotates vectors from the previous camera frame into the present one
   /// Points of the present image (normalised image plane) where the filter has a use for a feature: the laser's spots.
-  /// A tracker starts one exactly there, whatever the spacing, if the texture allows following it; a corner nearby is
-  /// no substitute, because over an edge it has another depth.
+  /// A tracker starts one exactly there, closer to others than it would start a corner, if there is none already and
+  /// the texture allows following it; a corner nearby is no substitute, because over an edge it has another depth.
   FixedVector<Vec2, kMaxWantedFeatures> wanted{};
 };
 

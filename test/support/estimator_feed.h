@@ -112,11 +112,23 @@ inline sim::FlightSettings quick_settings(bool start_from_truth) {
   return settings;
 }
 
-/// An estimator for lively_scene() that gives no range to a feature track.
-inline std::unique_ptr<Estimator<PaperConfig>> facet_only(const sim::FlightSettings& settings) {
+/// An estimator for lively_scene() whose options `change` alters.
+template <class Config, typename Change>
+std::unique_ptr<Estimator<Config>> estimator_with(const sim::FlightSettings& settings, Change change) {
   EstimatorOptions options = sim::matched_options(settings);
-  options.range.feature = false;
-  return std::make_unique<Estimator<PaperConfig>>(options, sim::nadir_rig().calibration());
+  change(options);
+  return std::make_unique<Estimator<Config>>(options, sim::nadir_rig().calibration());
+}
+
+/// One that gives no range to a feature track.
+inline std::unique_ptr<Estimator<PaperConfig>> facet_only(const sim::FlightSettings& settings) {
+  return estimator_with<PaperConfig>(settings, [](EstimatorOptions& options) { options.range.feature = false; });
+}
+
+/// Ranges that have found their place; those that wait for the next image have not.
+inline std::uint64_t filed_ranges(const EstimatorCounters& c) {
+  return c.ranges_used + c.ranges_feature + c.ranges_spare + c.ranges_gated + c.ranges_no_facet +
+         c.ranges_bad_geometry + c.ranges_stale + c.ranges_invalid;
 }
 
 inline bool all_finite(const NavState& state) {

@@ -86,15 +86,8 @@ int LandmarkTracker::tile_of(const Vec2& pixel) const {
 void LandmarkTracker::start_wanted(const TruthState& truth, std::span<const Vec2> wanted, std::size_t most) {
   for (const Vec2& z : wanted) {
     Vec2 pixel;
-    LandmarkTrack track;
     if (tracks_.size() >= most || !ok(camera_.distort(z, pixel))) continue;
-    const bool crowded = std::any_of(tracks_.begin(), tracks_.end(), [&](const LandmarkTrack& other) {
-      return (other.true_px - pixel).norm() < kCrowdedShare * options_.min_spacing_px;
-    });
-    if (crowded || !find_landmark(truth, pixel, track.landmark_m)) continue;
-    if (!project(truth, track.landmark_m, track.true_px)) continue;
-    track.id = next_id_++;
-    tracks_.push_back(track);
+    start_at(truth, pixel, kCrowdedShare * options_.min_spacing_px);
   }
 }
 
@@ -116,17 +109,21 @@ bool LandmarkTracker::start_track(const TruthState& truth, int tile) {
     const double column = tile % options_.tiles_x + random_.uniform();
     const double row = tile / options_.tiles_x + random_.uniform();
     const Vec2 pixel(column * width_px - 0.5, row * height_px - 0.5);
-    const bool crowded = std::any_of(tracks_.begin(), tracks_.end(), [&](const LandmarkTrack& other) {
-      return (other.true_px - pixel).norm() < options_.min_spacing_px;
-    });
-    LandmarkTrack track;
-    if (crowded || !find_landmark(truth, pixel, track.landmark_m)) continue;
-    if (!project(truth, track.landmark_m, track.true_px)) continue;
-    track.id = next_id_++;
-    tracks_.push_back(track);
-    return true;
+    if (start_at(truth, pixel, options_.min_spacing_px)) return true;
   }
   return false;
+}
+
+bool LandmarkTracker::start_at(const TruthState& truth, const Vec2& pixel, double spacing_px) {
+  const bool crowded = std::any_of(tracks_.begin(), tracks_.end(), [&](const LandmarkTrack& other) {
+    return (other.true_px - pixel).norm() < spacing_px;
+  });
+  LandmarkTrack track;
+  if (crowded || !find_landmark(truth, pixel, track.landmark_m)) return false;
+  if (!project(truth, track.landmark_m, track.true_px)) return false;
+  track.id = next_id_++;
+  tracks_.push_back(track);
+  return true;
 }
 
 void LandmarkTracker::report() {

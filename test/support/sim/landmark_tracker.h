@@ -61,6 +61,8 @@ class LandmarkTracker {
   void start_wanted(const TruthState& truth, std::span<const Vec2> wanted, std::size_t most);
   void replenish(const TruthState& truth);
   bool start_track(const TruthState& truth, int tile);
+  /// A track at this pixel, unless another is nearer than the spacing or there is no surface.
+  bool start_at(const TruthState& truth, const Vec2& pixel, double spacing_px);
   bool find_landmark(const TruthState& truth, const Vec2& pixel, Vec3& landmark_m) const;
   int tile_of(const Vec2& pixel) const;
   void report();

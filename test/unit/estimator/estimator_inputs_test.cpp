@@ -151,8 +151,7 @@ TEST(EstimatorInputs, AFrameTheImuDoesNotReachIsRefused) {
 /// All ranges ever offered are in exactly one place.
 void expect_every_range_accounted_for(const Feed& feed, std::uint64_t waiting_at_most) {
   const EstimatorCounters& c = feed.estimator->counters();
-  const std::uint64_t known = c.ranges_used + c.ranges_feature + c.ranges_spare + c.ranges_gated + c.ranges_no_facet +
-                              c.ranges_bad_geometry + c.ranges_stale + c.ranges_invalid;
+  const std::uint64_t known = test::filed_ranges(c);
   EXPECT_EQ(c.ranges, feed.ranges_offered());
   EXPECT_LE(known, c.ranges);
   EXPECT_LE(c.ranges - known, waiting_at_most);

@@ -24,12 +24,10 @@ std::uint64_t heap_calls_of(Work work) {
 template <class Config>
 void expect_no_heap_calls(bool start_from_truth, bool ranged_features) {
   using Feed = test::EstimatorFeed<Estimator<Config>>;
-  const sim::Scene scene = test::lively_scene(5.0);
   const sim::FlightSettings settings = test::quick_settings(start_from_truth);
-  Feed feed(scene, settings);
-  EstimatorOptions options = sim::matched_options(settings);
-  options.range.feature = ranged_features;
-  feed.estimator = std::make_unique<Estimator<Config>>(options, scene.rig.calibration());
+  Feed feed(test::lively_scene(5.0), settings);
+  feed.estimator = test::estimator_with<Config>(
+      settings, [=](EstimatorOptions& options) { options.range.feature = ranged_features; });
   Estimator<Config>& estimator = *feed.estimator;
   std::uint64_t calls = 0;
   feed.on_imu = [&](ImuSample& sample) {

@@ -26,11 +26,11 @@ sim::FlightSettings noise_free_settings() {
 }
 
 std::unique_ptr<Estimator<PaperConfig>> estimator_with(bool feature, bool facet, double facet_after_s) {
-  EstimatorOptions options = sim::matched_options(noise_free_settings());
-  options.range.feature = feature;
-  options.range.facet = facet;
-  options.range.facet_after_s = facet_after_s;
-  return std::make_unique<Estimator<PaperConfig>>(options, sim::nadir_rig().calibration());
+  return test::estimator_with<PaperConfig>(noise_free_settings(), [=](EstimatorOptions& options) {
+    options.range.feature = feature;
+    options.range.facet = facet;
+    options.range.facet_after_s = facet_after_s;
+  });
 }
 
 // Beam, lever arm and the motion between range and image: the point asked for is where the ray cast of the range hit.
@@ -79,8 +79,7 @@ Outcomes fly(bool feature, bool facet, double facet_after_s) {
   feed.fly_until(kLength_s);
   out.ranges = feed.estimator->counters();
   const EstimatorCounters& c = out.ranges;
-  const std::uint64_t filed = c.ranges_used + c.ranges_feature + c.ranges_spare + c.ranges_gated + c.ranges_no_facet +
-                              c.ranges_bad_geometry + c.ranges_stale + c.ranges_invalid;
+  const std::uint64_t filed = test::filed_ranges(c);
   EXPECT_LE(filed, c.ranges);
   EXPECT_GE(filed + 4, c.ranges);  // some wait for the next image
   return out;

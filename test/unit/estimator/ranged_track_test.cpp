@@ -5,8 +5,7 @@
 #include <Eigen/LU>
 
 #include "fsw/estimator/chi_square.h"
-#include "fsw/estimator/track_rows.h"
-#include "test/support/estimator_cases.h"
+#include "test/support/track_case.h"
 
 namespace plumb {
 namespace {
@@ -18,31 +17,18 @@ using test::index;
 using test::moved;
 using test::Vec6;
 
-constexpr std::size_t kPoses = 8;
-constexpr double kSigma = 0.00125;
-using Rows = TrackRows<kPoses>;
+using test::kSigma;
+using Rows = test::TrackCaseRows;
 
-struct RangedCase {
-  Views views;
+struct RangedCase : test::TrackCase {
   KnownDepth known;
-  TriangulationLimits limits;
-  Vec3 point = Vec3::Zero();
 };
 
-/// A track of 3 to 8 views, ranged in any of them, and right but for `noise` (sigmas) in everything.
+/// Ranged in any of its views, and right but for `noise` (sigmas) in everything.
 RangedCase any_case(test::Generator& g, double noise) {
-  RangedCase c;
-  c.limits.max_rms = 1.0;
+  RangedCase c{test::any_track(g, noise * kSigma), {}};
   c.limits.min_parallax = 10.0;  // more than there ever is: a ranged track needs none
-  const auto length = static_cast<std::size_t>(g.integer(3, kPoses));
-  c.point = test::any_ground_point(g);
-  for (std::size_t i = 0; i < length; ++i) {
-    const CameraPose camera = test::camera_of(test::core_over_ground(g, i), test::nadir_calibration());
-    EXPECT_EQ(c.views.push_back({camera, feature_of(camera, c.point).head<2>() + g.normal_vector<2>(noise * kSigma),
-                                 (i + 3) % kPoses}),
-              Status::kOk);
-  }
-  c.known.view = static_cast<std::size_t>(g.integer(0, static_cast<int>(length) - 1));
+  c.known.view = static_cast<std::size_t>(g.integer(0, static_cast<int>(c.views.size()) - 1));
   const double rho = feature_of(c.views[c.known.view].camera, c.point).z();
   c.known.sigma_1_m = 0.01 * rho;
   c.known.rho_1_m = rho + noise * g.normal(c.known.sigma_1_m);

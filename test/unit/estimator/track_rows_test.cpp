@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "fsw/estimator/chi_square.h"
-#include "test/support/estimator_cases.h"
+#include "test/support/track_case.h"
 
 namespace plumb {
 namespace {
@@ -15,33 +15,10 @@ using test::Dense;
 using test::dense;
 using test::index;
 
-constexpr std::size_t kPoses = 8;
-constexpr double kSigma = 0.00125;
-using Rows = TrackRows<kPoses>;
-
-struct TrackCase {
-  Views views;
-  TriangulationLimits limits;
-};
-
-/// A track of 3 to 8 views by poses that stand in any order in the window's slots.
-TrackCase any_track(test::Generator& g, double noise) {
-  TrackCase c;
-  c.limits.min_parallax = 0.002;
-  c.limits.max_rms = 1.0;
-  const auto length = static_cast<std::size_t>(g.integer(3, kPoses));
-  const auto first_slot = static_cast<std::size_t>(g.integer(0, kPoses - 1));
-  const Vec3 point = test::any_ground_point(g);
-  const SensorCalibration calibration = test::nadir_calibration();
-  for (std::size_t i = 0; i < length; ++i) {
-    View view;
-    view.camera = test::camera_of(test::core_over_ground(g, i), calibration);
-    view.z = test::feature_of(view.camera, point).head<2>() + g.normal_vector<2>(noise);
-    view.pose_slot = (first_slot + i) % kPoses;
-    EXPECT_EQ(c.views.push_back(view), Status::kOk);
-  }
-  return c;
-}
+using test::any_track;
+using test::kSigma;
+using test::TrackCase;
+using Rows = test::TrackCaseRows;
 
 /// The same rows before anything is taken out of them: feature, poses, residual; whitened.
 struct FullRows {
@@ -105,7 +82,7 @@ TEST(TrackRows, SeeNoCommonDisplacement) {
     Rows rows;
     ASSERT_EQ(build_track_rows(c.views, c.limits, kSigma, rows), Status::kOk);
     Dense together(index(Rows::kPoseColumns), 6);
-    for (std::size_t slot = 0; slot < kPoses; ++slot) together.middleRows<6>(index(6 * slot)).setIdentity();
+    for (std::size_t slot = 0; slot < test::kTrackPoses; ++slot) together.middleRows<6>(index(6 * slot)).setIdentity();
     const Dense h = dense(rows.pose_rows()).leftCols(index(Rows::kPoseColumns));
     EXPECT_LT((h * together).norm(), 1e-9 * h.norm());
   });

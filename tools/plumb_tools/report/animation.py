@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 from plumb_tools.report.flight import Flight
 from plumb_tools.report.analysis import thinned
 from plumb_tools.report.overlay import View, read_image, views
-from plumb_tools.report.run import RangeOutcome, Run
+from plumb_tools.report.run import AIDING, RangeOutcome, Run
 from plumb_tools.trajectory import FloatArray
 
 SUFFIXES = (".webp", ".gif")
@@ -126,7 +126,7 @@ def _strip(flight: Flight, run: Run) -> Image.Image:
     top, margin = float(np.max(ranges)), 10 * SUPERSAMPLING
     x = width * t_s[shown] / max(float(t_s[-1]), 1e-9)
     y = margin + (height - 2 * margin) * (1.0 - ranges / top)
-    used = np.isin(states["range_outcome"][shown], (RangeOutcome.USED, RangeOutcome.FEATURE))
+    used = np.isin(states["range_outcome"][shown], AIDING)
     gated = states["range_outcome"][shown] == RangeOutcome.GATED
     for i in range(len(x)):
         colour = RANGED if gated[i] else FACETS if used[i] else STRIP_LINE

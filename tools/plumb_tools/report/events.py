@@ -9,7 +9,7 @@ import numpy as np
 from plumb_tools.report import theme
 from plumb_tools.report.analysis import stretches
 from plumb_tools.report.flight import Flight
-from plumb_tools.report.run import Mode, RangeOutcome, Run
+from plumb_tools.report.run import AIDING, Mode, RangeOutcome, Run
 
 #: Gated ranges nearer to each other than this are one event.
 BURST_GAP_S = 0.5
@@ -74,7 +74,7 @@ def _gated(flight: Flight, run: Run) -> list[Event]:
 def _silences(flight: Flight, run: Run) -> list[Event]:
     states = run.states
     t_s = flight.seconds(states.t_ns)
-    used = np.isin(states["range_outcome"], (RangeOutcome.USED, RangeOutcome.FEATURE)).astype(np.int64)
+    used = np.isin(states["range_outcome"], AIDING).astype(np.int64)
     first = int(np.argmax(used)) if used.any() else len(used)
     found = []
     for stretch in stretches(t_s, used):

@@ -9,7 +9,7 @@ from plumb_tools.report import theme
 from plumb_tools.report.analysis import thinned
 from plumb_tools.report.model import Ground, Model, travelled
 from plumb_tools.report.panel import MAX_POINTS, Panel, line, style
-from plumb_tools.report.run import RangeOutcome
+from plumb_tools.report.run import AIDING, RangeOutcome
 from plumb_tools.trajectory import FloatArray
 
 #: A box in space is drawn no flatter than this: a straight flight would have no width to look at.
@@ -56,7 +56,7 @@ def _space(model: Model, ground: Ground | None) -> Panel:
     figure = style(go.Figure())
     everything = [path for path, *_ in _lines(model)]
     if ground is not None:
-        accepted = np.flatnonzero(np.isin(ground.outcome, (RangeOutcome.USED, RangeOutcome.FEATURE)))
+        accepted = np.flatnonzero(np.isin(ground.outcome, AIDING))
         keep = accepted[thinned(len(accepted), GROUND_POINTS)]
         points = ground.point_m[keep]
         everything.append(points)

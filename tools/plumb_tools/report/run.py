@@ -65,6 +65,10 @@ class RangeOutcome(IntEnum):
     SPARE = 7
 
 
+#: Outcomes of ranges that went into the filter, or into a track that brings them.
+AIDING = (RangeOutcome.USED, RangeOutcome.FEATURE)
+
+
 @dataclass(frozen=True)
 class Run:
     """One replay."""

@@ -29,8 +29,8 @@ RESULT_FILE = "result.json"
 TABLE_WIDTH = 128
 
 DESCRIPTION = """\
-Builds, simulates every scene with several seeds, flies each flight with the range finder and without, scores both, and writes
-the means and the worst values as Markdown. It can be stopped and goes on where it was. Flights are kept in
+Builds, simulates every scene with several seeds, flies each flight with the range finder and without, scores both,
+and writes the means and the worst values as Markdown. It can be stopped and goes on where it was. Flights are kept in
 build/flights and used again while scene, seed and simulator are the same, so that a changed estimator only flies them
 anew; they take 5 MB per second of flight."""
 
