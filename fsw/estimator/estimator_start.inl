@@ -95,7 +95,8 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
   propagate_to(frame.t);
-  drop_ranges_before(frame.t, RangeOutcome::kUsed);  // they are in the solution
+  for (const RangeOutcome outcome : solution->ranges) drop_oldest_range(outcome);  // the oldest left are the problem's
+  drop_ranges_before(frame.t, RangeOutcome::kSpare);
   start_window_.clear();
   return fuse_image(frame);
 }

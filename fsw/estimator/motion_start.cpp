@@ -104,7 +104,7 @@ Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuB
   out.rms_px = std::sqrt(squared_residuals_ / dof) * options_.vision.pixel_noise_px;
   if (!std::isfinite(cost) || 4 * inside < 3 * features || !(out.rms_px < kMaxRmsPx)) return Status::kRejected;
   out.core = estimate.core;
-  out.ranges_fitting = ranges_fitting_;
+  out.ranges = range_outcomes_;
   if (!core_covariance(unknowns, out.covariance)) return Status::kNumericalFault;
   out.velocity_sigma_m_s = std::sqrt(out.covariance.diagonal().segment<3>(static_cast<Eigen::Index>(kXiV)).sum());
   return out;
@@ -158,7 +158,7 @@ double MotionStart::linearise(const StartProblem& problem, const ImuBuffer& imu,
   std::fill_n(b_, unknowns, 0.0);
   squared_residuals_ = 0.0;
   residuals_ = 0;
-  ranges_fitting_ = 0;
+  range_outcomes_.clear();
   double cost = add_prior(estimate.core);
   for (std::size_t j = 0; j < problem.features.size(); ++j) cost += add_feature(problem, j, estimate.rho[j]);
   for (std::size_t k = 0; k < problem.ranges.size(); ++k) cost += add_range(problem, k, estimate);
@@ -222,7 +222,10 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
   const CameraPose& anchor = images_[problem.images.size() - 1].camera;
   const Vec3 impact_C = calibration_.impact_C_m(problem.ranges[index].range_m);
   const Vec3 h = anchor.R_WC.transpose() * (camera.p_WC_m + camera.R_WC * impact_C - anchor.p_WC_m);
-  if (!(h.z() > 0.0)) return 0.0;
+  if (!(h.z() > 0.0)) {
+    static_cast<void>(range_outcomes_.push_back(RangeOutcome::kBadGeometry));
+    return 0.0;
+  }
   const Vec2 query = h.head<2>() / h.z();
   const double measured = 1.0 / h.z();
   const Surface surface = surface_at(problem, query);
@@ -236,7 +239,7 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
     by_depth[j] = surface.weights(static_cast<Eigen::Index>(j)) / sigma;
   }
   const double length = std::abs(residual) / sigma;
-  if (length < kHuber) ++ranges_fitting_;
+  static_cast<void>(range_outcomes_.push_back(length < kHuber ? RangeOutcome::kUsed : RangeOutcome::kGated));
   add_row(Eigen::Matrix<double, 1, 15>::Zero(), columns, by_depth, residual / sigma, robust_weight(length));
   return robust_cost(length);
 }

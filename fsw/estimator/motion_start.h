@@ -8,11 +8,13 @@
 // again: they are used up, and an EKF that fuses them around a scale known to ten percent takes its own changes of mind
 // for knowledge of the scale.
 
+#include <algorithm>
 #include <span>
 
 #include "fsw/estimator/imu_buffer.h"
 #include "fsw/estimator/options.h"
 #include "fsw/estimator/propagation.h"
+#include "fsw/estimator/report.h"
 #include "fsw/estimator/visual_model.h"
 #include "fsw/math/matrix.h"
 
@@ -45,11 +47,15 @@ struct StartProblem {
 };
 
 struct StartSolution {
-  CoreState core;                    ///< at the first image: position zero, yaw zero
-  double velocity_sigma_m_s = 0.0;   ///< root of the summed variances
-  Mat15 covariance = Mat15::Zero();  ///< of the right-invariant error at the first image
-  double rms_px = 0.0;               ///< of the reprojection residuals that were not down-weighted
-  std::size_t ranges_fitting = 0;    ///< ranges that agree with the solution
+  CoreState core;                                     ///< at the first image: position zero, yaw zero
+  double velocity_sigma_m_s = 0.0;                    ///< root of the summed variances
+  Mat15 covariance = Mat15::Zero();                   ///< of the right-invariant error at the first image
+  double rms_px = 0.0;                                ///< of the reprojection residuals that were not down-weighted
+  FixedVector<RangeOutcome, kMaxStartRanges> ranges;  ///< what became of each of the problem's
+
+  std::size_t ranges_fitting() const {
+    return static_cast<std::size_t>(std::count(ranges.begin(), ranges.end(), RangeOutcome::kUsed));
+  }
 };
 
 class MotionStart {
@@ -98,7 +104,7 @@ class MotionStart {
   double b_[kMaxUnknowns] = {};
   double squared_residuals_ = 0.0;
   std::size_t residuals_ = 0;
-  std::size_t ranges_fitting_ = 0;
+  FixedVector<RangeOutcome, kMaxStartRanges> range_outcomes_;  ///< at the last linearisation
 };
 
 }  // namespace plumb

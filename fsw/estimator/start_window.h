@@ -79,7 +79,8 @@ bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, bool 
   constexpr double kKnownSlowVelocity = 0.05;  // m/s
   const double speed = solution.core.motion.v_WI_m_s.norm();
   const bool precise = solution.velocity_sigma_m_s < std::max(kKnownVelocity * speed, kKnownSlowVelocity);
-  const bool ranged = solution.ranges_fitting >= kMinRanges && 2 * solution.ranges_fitting > problem_.ranges.size();
+  const std::size_t fitting = solution.ranges_fitting();
+  const bool ranged = fitting >= kMinRanges && 2 * fitting > problem_.ranges.size();
   // Ranges give the scale at any velocity; with them a long window may start with the uncertainty it has.
   return ranged ? precise || waited : precise && excited;
 }

@@ -60,6 +60,19 @@ const BadCase kCases[] = {
     {"camera too large", replaced(kCamYaml, "[96, 64]\nintrinsics: [60, 60,", "[800, 64]\nintrinsics: [600, 600,"),
      "800 x 64 is beyond 752 x 480"},
     {"negative noise", replaced(kImuYaml, "1.7e-4", "-1.7e-4"), "refused for imu.gyro_noise_density; expected from"},
+    {"beam to the rear", replaced(kRangeYaml, "[0, 0, 1]", "[0, 0, -1]"), "key 'axis_in_cam': expected a beam that"},
+    {"no ranges", [](const SmallRecording& r) { r.write(kRangeCsv, "#t,range\n"); }, "range0/data.csv: holds no range"},
+    {"range finder that is a file",
+     [](const SmallRecording& r) {
+       fs::remove_all(r.path() / "mav0/range0");
+       r.write("mav0/range0", "");
+     },
+     "range0/sensor.yaml: not found"},
+    {"last row cut short",
+     [](const SmallRecording& r) {
+       fs::resize_file(r.path() / kImuCsv, fs::file_size(r.path() / kImuCsv) - 3);  // within its last number
+     },
+     "imu0/data.csv line 321: no line end"},
     {"beam of length 2", replaced(kRangeYaml, "[0, 0, 1]", "[0, 0, 2]"), "key 'axis_in_cam': expected a vector of"},
     {"a key twice", replaced(kCamYaml, "camera_model: pinhole", "camera_model: pinhole\ncamera_model: pinhole"),
      "cam0/sensor.yaml line 4: key 'camera_model': stands here twice"},
@@ -127,7 +140,7 @@ TEST(BadInput, AllowsWhatTheWorldDoes) {
     const char* told;  // part of the final table
   };
   const Case cases[] = {
-      {"no range finder", removed("mav0/range0"), "ranges          0,"},
+      {"no range finder", removed("mav0/range0"), "ranges          none"},
       {"no truth", removed("mav0/state_groundtruth_estimate0"), "processed 30"},
       {"range not a number", replaced(kRangeCsv, ",3.5", ",nan"), "ranges          30,"},
       {"IMU not a number", replaced(kImuCsv, "-9.80665", "nan"), "processed 30"},
@@ -141,6 +154,50 @@ TEST(BadInput, AllowsWhatTheWorldDoes) {
     EXPECT_EQ(result.exit_code, 0) << result.error;
     EXPECT_NE(result.out.find(c.told), std::string::npos) << result.out;
   }
+}
+
+TEST(BadInput, WarnsOfWhatCanBeFlownButIsHardlyMeant) {
+  struct Case {
+    const char* name;
+    std::function<void(const SmallRecording&)> change;
+    const char* warning;
+  };
+  const auto cut_imu = [](const SmallRecording& r) {
+    const std::string table = r.content(kImuCsv);
+    r.write(kImuCsv, table.substr(0, table.find(SmallRecording::image_time(20))));
+  };
+  const auto late_imu = [](const SmallRecording& r) {
+    const std::string table = r.content(kImuCsv);
+    r.write(kImuCsv, table.substr(table.find(SmallRecording::image_time(4))));
+  };
+  const Case cases[] = {
+      {"IMU that ends early", cut_imu, "; 10 of 30 images are outside and get no state"},
+      {"IMU that starts late", late_imu, "; 4 of 30 images are outside and get no state"},
+      {"misspelt key", [](const SmallRecording& r) { r.write(kImuYaml, r.content(kImuYaml) + "gravity_mps: 9.8\n"); },
+       "imu0/sensor.yaml line 7: key 'gravity_mps' is not known and has no effect"},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    const SmallRecording recording;
+    EXPECT_EQ(run_replay("--asl " + quoted(recording.path())).error.find("warning"), std::string::npos);
+    c.change(recording);
+    const ReplayResult result = run_replay("--asl " + quoted(recording.path()));
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    EXPECT_NE(result.error.find("plumb-replay: warning: " + recording.path().string()), std::string::npos)
+        << result.error;
+    EXPECT_NE(result.error.find(c.warning), std::string::npos) << result.error;
+  }
+}
+
+TEST(BadInput, WarnsWhenTheFilterNeverStarts) {
+  const SmallRecording recording;
+  for (int i = 0; i < SmallRecording::kImages; ++i) {
+    const cv::Mat black = cv::Mat::zeros(SmallRecording::kHeight, SmallRecording::kWidth, CV_8UC1);
+    cv::imwrite((recording.path() / SmallRecording::image_name(i)).string(), black);
+  }
+  const ReplayResult result = run_replay("--asl " + quoted(recording.path()));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.error.find("warning: no image got a state"), std::string::npos) << result.error;
 }
 
 }  // namespace

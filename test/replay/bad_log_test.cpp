@@ -123,5 +123,23 @@ TEST(BadLog, TellsALogThatIsCutShortOrNone) {
   EXPECT_EQ(run_replay("--log " + quoted(results.path() / "missing.lcm")).exit_code, 2);
 }
 
+// Other pixels give other states. Only who changes the flight himself may expect that.
+TEST(BadLog, TellsAFlightThatIsNotTheOneRecorded) {
+  const SmallRecording recording;
+  const TemporaryFolder results;
+  const fs::path log = results.path() / "flight.lcm";
+  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
+  Log altered = read_log(log);
+  for (Event& event : altered) {
+    if (event.channel == "CAMERA") std::fill(event.message.begin() + kImageHeaderBytes, event.message.end(), 7);
+  }
+  write_log(log, altered);
+  const ReplayResult result = run_replay("--log " + quoted(log));
+  EXPECT_EQ(result.exit_code, 3) << result.error;
+  EXPECT_NE(result.error.find("states differ from the recorded ones, first at image"), std::string::npos)
+      << result.error;
+  EXPECT_EQ(run_replay("--log " + quoted(log) + " --no-range").exit_code, 0);
+}
+
 }  // namespace
 }  // namespace plumb::test

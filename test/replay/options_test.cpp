@@ -150,6 +150,42 @@ TEST_F(Options, AFailureLeavesEarlierResultsAsTheyWere) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 7);
 }
 
+TEST_F(Options, NothingIsWrittenOverWhatIsRead) {
+  const fs::path log = results_.path() / "flight.lcm";
+  ASSERT_EQ(run_replay(asl() + " --record " + quoted(log)).exit_code, 0);
+  const fs::path parameters = results_.write("summary.json", "range.gate_sigma: 3.5\n");
+  const fs::path imu = recording_.path() / "mav0/imu0/data.csv";
+  const fs::path link = results_.path() / "link.lcm";
+  fs::create_symlink(log, link);
+  struct Case {
+    std::string arguments;
+    fs::path input;
+  };
+  const Case cases[] = {
+      {asl() + " --record " + quoted(imu), imu},
+      {asl() + " --record " + quoted(recording_.path() / "mav0/cam0/../imu0/data.csv"), imu},
+      {asl() + " --record " + quoted(recording_.path() / "mav0/cam0/new"), imu},
+      {"--log " + quoted(log) + " --record " + quoted(log), log},
+      {"--log " + quoted(link) + " --record " + quoted(log), log},
+      {"--log " + quoted(log) + " --record " + quoted(link), log},
+      {asl() + " --params " + quoted(parameters) + " --out " + quoted(results_.path()), parameters},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.arguments);
+    const std::string before = content_of(c.input);
+    const ReplayResult result = run_replay(c.arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.error;
+    EXPECT_NE(result.error.find("would be written over what is read"), std::string::npos) << result.error;
+    EXPECT_EQ(content_of(c.input), before);
+  }
+}
+
+TEST_F(Options, TellsWhenNobodyTakesTheMessages) {
+  const ReplayResult result = run_replay(asl() + " --lcm 'tcpq://127.0.0.1:1'");
+  EXPECT_EQ(result.exit_code, 1) << result.error;
+  EXPECT_NE(result.error.find("tcpq://127.0.0.1:1: "), std::string::npos) << result.error;
+}
+
 TEST_F(Options, ListsEveryParameter) {
   const ReplayResult result = run_replay("--list-params");
   EXPECT_EQ(result.exit_code, 0);

@@ -1,5 +1,6 @@
 #include "tools/replay/asl_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -46,6 +47,7 @@ std::vector<RangeSample> read_range_samples(const fs::path& file) {
     sample.quality = echo ? RangeQuality::kValid : RangeQuality::kNoReturn;
     samples.push_back(sample);
   }
+  if (samples.empty()) throw InputError(file.string() + ": holds no range; expected at least one row, or --no-range");
   return samples;
 }
 
@@ -88,6 +90,18 @@ void expect_common_time(const fs::path& file, Time first, Time last, const std::
                    std::to_string(first_image.ns()) + " to " + std::to_string(last_image.ns()) + " ns");
 }
 
+// Images before the first or after the last IMU sample are flown to no effect.
+void warn_of_images_without_imu(const fs::path& file, const std::vector<ImuSample>& imu,
+                                const std::vector<CameraReference>& images, std::vector<std::string>& warnings) {
+  const auto count = std::count_if(images.begin(), images.end(), [&imu](const CameraReference& image) {
+    return image.t_exposure_mid < imu.front().t || image.t_exposure_mid > imu.back().t;
+  });
+  if (count == 0) return;
+  warnings.push_back(file.string() + ": is from " + std::to_string(imu.front().t.ns()) + " to " +
+                     std::to_string(imu.back().t.ns()) + " ns; " + std::to_string(count) + " of " +
+                     std::to_string(images.size()) + " images are outside and get no state");
+}
+
 class AslSource final : public Source {
  public:
   explicit AslSource(const AslOptions& options)
@@ -100,17 +114,24 @@ class AslSource final : public Source {
       }
     }
     session_.source = options.folder.string();
-    read_camera(root_ / "cam0", root_ / "imu0", session_.calibration);
-    read_imu(root_ / "imu0", session_.parameters);
-    if (options.use_range && fs::is_directory(root_ / "range0")) {
-      read_range_finder(root_ / "range0", session_.calibration, session_.parameters);
+    for (const char* sensor : {"cam0", "imu0", "range0", "state_groundtruth_estimate0"}) {
+      session_.inputs.push_back(root_ / sensor);
+    }
+    read_camera(root_ / "cam0", root_ / "imu0", session_.calibration, session_.warnings);
+    read_imu(root_ / "imu0", session_.parameters, session_.warnings);
+    if (options.use_range && fs::exists(root_ / "range0")) {
+      read_range_finder(root_ / "range0", session_.calibration, session_.parameters, session_.warnings);
       range_ = read_range_samples(root_ / "range0" / "data.csv");
     }
     if (!options.use_range) session_.parameters.estimator.range.enabled = false;
-    if (!options.parameters.empty()) read_parameters(options.parameters, session_.parameters);
+    if (!options.parameters.empty()) {
+      session_.inputs.push_back(options.parameters);
+      read_parameters(options.parameters, session_.parameters);
+    }
     imu_ = read_imu_samples(root_ / "imu0" / "data.csv");
     read_images(root_ / "cam0");
     expect_common_time(root_ / "imu0" / "data.csv", imu_.front().t, imu_.back().t, camera_);
+    warn_of_images_without_imu(root_ / "imu0" / "data.csv", imu_, camera_, session_.warnings);
     if (!range_.empty()) expect_common_time(root_ / "range0" / "data.csv", range_.front().t, range_.back().t, camera_);
     const fs::path truth = root_ / "state_groundtruth_estimate0" / "data.csv";
     if (fs::exists(truth)) session_.truth = read_truth(truth);

@@ -125,6 +125,12 @@ void read_field_of_view(const YamlFile& yaml, Calibration& calibration) {
   calibration.sensor.focal_px = model.focal_px();
 }
 
+// Keys that describe the sensor to people, and T_BS, which the camera's reader takes from the IMU's file as well.
+void warn_of_unused(const YamlFile& yaml, std::vector<std::string>& warnings) {
+  const std::vector<std::string> unused = yaml.unused_keys({"sensor_type", "comment", "rate_hz", "T_BS"});
+  warnings.insert(warnings.end(), unused.begin(), unused.end());
+}
+
 void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& prefix, Parameters& parameters) {
   for (const auto& entry : node) {
     const std::string name = prefix + entry.first.as<std::string>();
@@ -147,7 +153,8 @@ void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& 
 
 }  // namespace
 
-void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration) {
+void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
+                 std::vector<std::string>& warnings) {
   const YamlFile camera_yaml(cam0 / "sensor.yaml");
   calibration.camera = read_intrinsics(camera_yaml);
   const Pose camera = read_pose(camera_yaml);
@@ -155,9 +162,10 @@ void read_camera(const std::filesystem::path& cam0, const std::filesystem::path&
   calibration.sensor.q_IC = Quat(Mat3(imu.rotation.transpose() * camera.rotation)).normalized();
   calibration.sensor.p_IC_m = imu.rotation.transpose() * (camera.translation - imu.translation);
   read_field_of_view(camera_yaml, calibration);
+  warn_of_unused(camera_yaml, warnings);
 }
 
-void read_imu(const std::filesystem::path& imu0, Parameters& parameters) {
+void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::vector<std::string>& warnings) {
   const YamlFile yaml(imu0 / "sensor.yaml");
   constexpr const char* kKeys[][2] = {{"gyroscope_noise_density", "imu.gyro_noise_density"},
                                       {"gyroscope_random_walk", "imu.gyro_bias_walk"},
@@ -171,9 +179,11 @@ void read_imu(const std::filesystem::path& imu0, Parameters& parameters) {
     const std::optional<double> value = yaml.optional_number(key);
     if (value) set_from(yaml, key, *value, parameter, parameters);
   }
+  warn_of_unused(yaml, warnings);
 }
 
-void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters) {
+void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters,
+                       std::vector<std::string>& warnings) {
   const YamlFile yaml(range0 / "sensor.yaml");
   set_from(yaml, "noise_stddev_m", yaml.number("noise_stddev_m"), "range.noise", parameters);
   set_from(yaml, "max_range_m", yaml.number("max_range_m"), "range.max_range", parameters);
@@ -182,8 +192,10 @@ void read_range_finder(const std::filesystem::path& range0, Calibration& calibra
   const Vec3 u_C(axis[0], axis[1], axis[2]);
   constexpr double kUnit = 1e-3;
   if (std::abs(u_C.norm() - 1.0) > kUnit) yaml.fail("axis_in_cam", "expected a vector of length 1");
+  if (u_C.z() <= 0.0) yaml.fail("axis_in_cam", "expected a beam that leaves ahead of the lens (third number above 0)");
   calibration.sensor.u_C = u_C.normalized();
   calibration.sensor.p_CR_m = Vec3(origin[0], origin[1], origin[2]);
+  warn_of_unused(yaml, warnings);
 }
 
 void read_parameters(const std::filesystem::path& file, Parameters& parameters) {

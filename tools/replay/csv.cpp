@@ -36,6 +36,7 @@ bool CsvReader::next() {
     ++line_number_;
     const std::string_view row = trimmed(line_);
     if (row.empty() || row.front() == '#') continue;
+    if (stream_.eof()) fail("no line end: the file looks cut short; expected one after the last row too");
     fields_.clear();
     std::size_t start = 0;
     for (std::size_t comma = row.find(','); comma != std::string_view::npos; comma = row.find(',', start)) {

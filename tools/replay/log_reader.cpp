@@ -17,7 +17,11 @@ class LogSource final : public Source {
     session_.source = file_.string();
     survey();
     if (!use_range_) session_.parameters.estimator.range.enabled = false;
-    if (!options.parameters.empty()) read_parameters(options.parameters, session_.parameters);
+    session_.inputs.push_back(file_);
+    if (!options.parameters.empty()) {
+      session_.inputs.push_back(options.parameters);
+      read_parameters(options.parameters, session_.parameters);
+    }
     rewind();
   }
 

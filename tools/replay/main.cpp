@@ -1,5 +1,5 @@
 // plumb-replay: flies a recording through the flight software. Exit code 0 done, 1 results that could not be written or
-// an internal failure, 2 bad input, 130 interrupted.
+// an internal failure, 2 bad input, 3 a log that does not give the bits it was recorded with, 130 interrupted.
 
 #include <CLI/CLI.hpp>
 #include <cinttypes>
@@ -29,6 +29,7 @@ namespace {
 
 constexpr int kExitFailed = 1;
 constexpr int kExitBadInput = 2;
+constexpr int kExitDifferent = 3;
 constexpr int kExitInterrupted = 130;
 
 volatile std::sig_atomic_t g_stop = 0;
@@ -111,11 +112,26 @@ std::string choose_config(const Arguments& arguments, const Session& session) {
   return session.config_name.empty() ? FlightConfig::kName : session.config_name;
 }
 
-void replay(Arguments& arguments) {
+void warn(const std::string& sentence) { std::fprintf(stderr, "plumb-replay: warning: %s\n", sentence.c_str()); }
+
+// Flown as it was recorded, a log has to give the recorded bits.
+int judge(const Arguments& arguments, const Session& session, const HashCheck& hashes) {
+  const bool as_recorded = arguments.parameters.empty() && !arguments.no_range && !arguments.flight.start_from_truth &&
+                           arguments.flight.config_name == session.config_name;
+  if (!as_recorded || hashes.different() == 0) return 0;
+  std::fprintf(stderr,
+               "plumb-replay: %s: %" PRIu64 " of %" PRIu64 " states differ from the recorded ones, first at image %" PRIu32
+               "; the log was altered, or recorded by another version of the software\n",
+               session.source.c_str(), hashes.different(), hashes.compared(), *hashes.first_different());
+  return kExitDifferent;
+}
+
+int replay(Arguments& arguments) {
   const std::unique_ptr<Source> source = open_source(arguments);
   const Session& session = source->session();
   FlightOptions& options = arguments.flight;
   options.config_name = choose_config(arguments, session);
+  for (const std::string& warning : session.warnings) warn(warning);
 
   std::vector<FlightListener*> listeners;
   std::optional<Recorder> recorder;  // first in the list: inputs are logged before they are used
@@ -125,7 +141,7 @@ void replay(Arguments& arguments) {
   std::optional<Outputs> outputs;
   std::optional<OutputListener> output_listener;
   if (!arguments.out.empty()) {
-    outputs.emplace(arguments.out);
+    outputs.emplace(arguments.out, session.inputs);
     listeners.push_back(&output_listener.emplace(*outputs));
   }
   std::optional<LiveTelemetry> telemetry;
@@ -144,10 +160,17 @@ void replay(Arguments& arguments) {
     outputs->commit();
   }
   print_summary(session, options, totals, hashes);
-  if (telemetry && telemetry->lost() > 0) {
-    std::fprintf(stderr, "plumb-replay: LCM refused %" PRIu64 " of %" PRIu64 " messages\n", telemetry->lost(),
-                 telemetry->lost() + telemetry->sent());
+  if (totals.images_valid == 0) {
+    warn("no image got a state: the filter starts at rest, or in flight with ranges or a change of speed, and needs " +
+         std::string("images with features and IMU samples about them"));
   }
+  if (telemetry && telemetry->lost() > 0) {
+    const std::string count = std::to_string(telemetry->lost()) + " of " +
+                              std::to_string(telemetry->lost() + telemetry->sent()) + " messages were refused";
+    if (telemetry->sent() == 0) throw WriteError(arguments.lcm_url, count + " by LCM; is a server or a network there?");
+    warn(arguments.lcm_url + ": " + count + " by LCM");
+  }
+  return judge(arguments, session, hashes);
 }
 
 int run(int argc, char** argv) {
@@ -157,6 +180,7 @@ int run(int argc, char** argv) {
   std::signal(SIGHUP, request_stop);
   cv::setNumThreads(1);  // the thread clock and the heap counter see this thread only, and so does flight
   Arguments arguments;
+  int exit_code = 0;
   arguments.flight.stop = &g_stop;
   CLI::App app("Flies a recording through the Plumb navigation software.", "plumb-replay");
   declare(app, arguments);
@@ -165,7 +189,7 @@ int run(int argc, char** argv) {
     if (arguments.list_parameters) {
       list_parameters();
     } else {
-      replay(arguments);
+      exit_code = replay(arguments);
     }
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) throw WriteError("standard output");
   } catch (const CLI::CallForHelp& help) {
@@ -186,7 +210,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "plumb-replay: internal failure: %s\n", error.what());
     return kExitFailed;
   }
-  return 0;
+  return exit_code;
 }
 
 }  // namespace

@@ -33,14 +33,14 @@ TimingRecord timing_record(const ImageRecord& record) {
   return timing;
 }
 
-Outputs::Outputs(const std::filesystem::path& folder)
-    : trajectory_(folder / "trajectory.tum"),
-      trajectory_imu_(folder / "trajectory_imu.tum"),
-      states_(folder / "states.csv"),
-      covariance_(folder / "covariance.csv"),
-      timing_(folder / "timing.csv"),
-      features_(folder / "features.csv"),
-      summary_(folder / "summary.json") {
+Outputs::Outputs(const std::filesystem::path& folder, std::span<const std::filesystem::path> inputs)
+    : trajectory_(folder / "trajectory.tum", inputs),
+      trajectory_imu_(folder / "trajectory_imu.tum", inputs),
+      states_(folder / "states.csv", inputs),
+      covariance_(folder / "covariance.csv", inputs),
+      timing_(folder / "timing.csv", inputs),
+      features_(folder / "features.csv", inputs),
+      summary_(folder / "summary.json", inputs) {
   write_headers();
 }
 
@@ -137,6 +137,7 @@ void Outputs::set_summary(const std::string& json_text) {
 
 void Outputs::commit() {
   for (PendingFile* file : files_) file->close();
+  summary_.remove_earlier();  // stopped from here on, the folder has no summary of other files
   for (PendingFile* file : files_) file->commit();
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,8 @@ TimingRecord timing_record(const ImageRecord& record);
 
 class Outputs {
  public:
-  /// Throws InputError when the folder cannot be made or written.
-  explicit Outputs(const std::filesystem::path& folder);
+  /// Throws InputError when the folder cannot be made or written, or when a file of it is one of `inputs`.
+  Outputs(const std::filesystem::path& folder, std::span<const std::filesystem::path> inputs);
 
   /// Throws WriteError once something could not be written.
   void add_image(const ImageRecord& record);

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -35,9 +36,10 @@ class FileLock {
 
 class PendingFile {
  public:
-  /// Creates FILE.partial, and the folder if needed. Throws InputError when that is not possible, or when somebody else
-  /// is writing it: another run, or another option of this one.
-  explicit PendingFile(std::filesystem::path file);
+  /// Creates FILE.partial, and the folder if needed. Throws InputError when that is not possible, when somebody else
+  /// is writing it (another run, or another option of this one), or when either name is one of `inputs`: files that are
+  /// read and folders in which everything may be.
+  explicit PendingFile(std::filesystem::path file, std::span<const std::filesystem::path> inputs = {});
   /// Removes FILE.partial unless committed.
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;
@@ -49,6 +51,8 @@ class PendingFile {
   void check() const;
   /// Flushes and closes. Throws WriteError when anything could not be written.
   void close();
+  /// Removes the file of that name that an earlier run may have left. Throws WriteError.
+  void remove_earlier() const;
   /// Gives the file its name. Throws WriteError. Precondition: close() was called.
   void commit();
 

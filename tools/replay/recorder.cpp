@@ -5,7 +5,7 @@
 namespace plumb::replay {
 
 Recorder::Recorder(const std::filesystem::path& file, const Session& session, const std::string& config_name)
-    : file_(file), pending_(file) {
+    : file_(file), pending_(file, session.inputs) {
   std::string error;
   pending_.close();  // LCM opens files by name
   log_ = LcmLogWriter::open(pending_.temporary_name().string(), error);

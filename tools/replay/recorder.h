@@ -17,7 +17,7 @@ namespace plumb::replay {
 
 class Recorder final : public FlightListener {
  public:
-  /// Throws InputError when the file cannot be written.
+  /// Throws InputError when the file cannot be written or is an input of the session.
   Recorder(const std::filesystem::path& file, const Session& session, const std::string& config_name);
 
   void on_input(const Tick& tick) override;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@ namespace plumb::replay {
 
 struct Session {
   std::string source;       ///< what the user named, for messages and the summary
+  std::vector<std::filesystem::path> inputs;  ///< files and folders that are read, not to be written over
+  std::vector<std::string> warnings;          ///< what can be flown but is hardly meant, one sentence each
   std::string config_name;  ///< the configuration the log was flown with; empty when the source does not say
   Calibration calibration;
   Parameters parameters;

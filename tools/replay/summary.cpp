@@ -81,6 +81,18 @@ Json heap_json(const FlightTotals& totals) {
           {"tracker", totals.front_end_heap_calls}};
 }
 
+void print_ranges(const EstimatorCounters& c) {
+  if (c.ranges == 0) {
+    std::printf("ranges          none: flown with camera and IMU alone\n");
+    return;
+  }
+  std::printf("ranges          %" PRIu64 ", on a facet %" PRIu64 ", by a feature %" PRIu64 ", spare %" PRIu64
+              ", gated %" PRIu64 ", no facet %" PRIu64 ", geometry %" PRIu64 ", stale %" PRIu64 ", invalid %" PRIu64
+              "\n",
+              c.ranges, c.ranges_used, c.ranges_feature, c.ranges_spare, c.ranges_gated, c.ranges_no_facet,
+              c.ranges_bad_geometry, c.ranges_stale, c.ranges_invalid);
+}
+
 }  // namespace
 
 std::string summary_json(const Session& session, const FlightOptions& options, const FlightTotals& totals,
@@ -104,6 +116,7 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
   }
   json["cpu_ms"] = {{"front_end", to_json(distribution_of(totals.front_end_ms))},
                     {"filter", to_json(distribution_of(totals.filter_ms))}};
+  json["warnings"] = session.warnings;
   json["wall_s"] = totals.wall_s;
   json["peak_rss_mib"] = peak_rss_mib();
   json["heap_calls"] = heap_json(totals);
@@ -128,11 +141,7 @@ void print_summary(const Session& session, const FlightOptions& options, const F
     std::printf("first output    %.3f s after the first image\n",
                 (totals.t_first_valid - session.t_first_image).seconds());
   }
-  std::printf("ranges          %" PRIu64 ", on a facet %" PRIu64 ", by a feature %" PRIu64 ", spare %" PRIu64
-              ", gated %" PRIu64 ", no facet %" PRIu64 ", geometry %" PRIu64 ", stale %" PRIu64 ", invalid %" PRIu64
-              "\n",
-              c.ranges, c.ranges_used, c.ranges_feature, c.ranges_spare, c.ranges_gated, c.ranges_no_facet,
-              c.ranges_bad_geometry, c.ranges_stale, c.ranges_invalid);
+  print_ranges(c);
   std::printf("resets          %" PRIu64 ", numerical faults %" PRIu64 ", IMU gaps %" PRIu64 "\n", c.resets,
               c.numerical_faults, c.imu_gaps);
   std::printf("CPU per image    mean    median  95 %%    max      [ms]\n");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "tools/replay/input_error.h"
@@ -39,6 +38,7 @@ void YamlFile::expect_plain_keys(const YAML::Node& node, int depth) const {
 
 std::optional<YAML::Node> YamlFile::find(const std::string& key) const {
   YAML::Node node = root_;
+  asked_.insert(key.substr(0, key.find('.')));
   for (std::size_t start = 0; start <= key.size();) {
     const std::size_t dot = std::min(key.find('.', start), key.size());
     if (!node.IsMap()) return std::nullopt;
@@ -89,6 +89,17 @@ std::vector<double> YamlFile::numbers(const std::string& key, std::size_t count)
   std::vector<double> values;
   for (const YAML::Node& item : node) values.push_back(to_number(item, key));
   return values;
+}
+
+std::vector<std::string> YamlFile::unused_keys(std::initializer_list<std::string_view> ignored) const {
+  std::vector<std::string> sentences;
+  for (const auto& entry : root_) {
+    const std::string& key = entry.first.Scalar();
+    if (asked_.contains(key) || std::find(ignored.begin(), ignored.end(), key) != ignored.end()) continue;
+    sentences.push_back(file_.string() + " line " + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
+                        "' is not known and has no effect");
+  }
+  return sentences;
 }
 
 void YamlFile::fail(const std::string& key, const std::string& message) const {

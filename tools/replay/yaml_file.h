@@ -5,8 +5,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace plumb::replay {
@@ -22,6 +25,8 @@ class YamlFile {
   /// A list of `count` finite numbers; any length when count is 0. `key` may be a path with dots ("T_BS.data").
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   const YAML::Node& root() const { return root_; }
+  /// One sentence for each key of the outermost map that nobody asked for and that is not among `ignored`.
+  std::vector<std::string> unused_keys(std::initializer_list<std::string_view> ignored) const;
   /// "FILE line N: key 'KEY': message".
   [[noreturn]] void fail(const std::string& key, const std::string& message) const;
   /// The same for a line that is known, counted from 0 (-1: unknown).
@@ -35,6 +40,7 @@ class YamlFile {
 
   std::filesystem::path file_;
   YAML::Node root_;
+  mutable std::set<std::string> asked_;  ///< outermost keys somebody wanted to know
 };
 
 }  // namespace plumb::replay

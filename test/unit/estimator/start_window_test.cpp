@@ -59,6 +59,26 @@ TEST(StartWindow, AHoverStartsStandingOnceItIsSeenToBeStill) {
   EXPECT_LT(Vec3(feed.estimator->state().v_WI_m_s.data()).norm(), 0.05);
 }
 
+// What the report says of the ranges that started the filter is what the fit made of each.
+TEST(StartWindow, OnlyRangesThatFitAreCountedAsUsed) {
+  std::uint64_t sent = 0;
+  std::uint64_t wrong = 0;
+  Feed feed(cruise_scene(), test::quick_settings(false));
+  feed.on_range = [&](RangeSample& range) {
+    if (sent++ % 4 == 3) {
+      range.range_m *= 2.0;
+      ++wrong;
+    }
+    return true;
+  };
+  for (double t_s = 0.0; !feed.estimator->state().valid && t_s < 3.0; t_s += 0.05) feed.fly_until(t_s);
+  const EstimatorCounters& counters = feed.estimator->counters();
+  EXPECT_GE(wrong, 2U);
+  EXPECT_GE(counters.ranges_gated, wrong - 1);  // the newest may be still to come
+  EXPECT_GE(counters.ranges_used, 3U);
+  EXPECT_LE(counters.ranges_used, sent - wrong);
+}
+
 TEST(StartWindow, StartsAtEveryImageRate) {
   for (const double rate_hz : {10.0, 20.0, 60.0}) {
     sim::FlightSettings settings = test::quick_settings(false);
