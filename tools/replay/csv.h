@@ -17,8 +17,8 @@ class CsvReader {
   /// Throws InputError when the file cannot be opened.
   explicit CsvReader(std::filesystem::path file);
 
-  /// Moves to the next row, past blank lines and comments. False at the end of the file. Throws InputError at a last row
-  /// without a line end: nobody can tell whether its last number is whole.
+  /// Moves to the next row, past blank lines and comments. False at the end of the file. Throws InputError at a last
+  /// row without a line end: nobody can tell whether its last number is whole.
   bool next();
   std::size_t columns() const { return fields_.size(); }
   /// Throws InputError unless the row has from `least` to `most` columns.

@@ -120,7 +120,8 @@ int judge(const Arguments& arguments, const Session& session, const HashCheck& h
                            arguments.flight.config_name == session.config_name;
   if (!as_recorded || hashes.different() == 0) return 0;
   std::fprintf(stderr,
-               "plumb-replay: %s: %" PRIu64 " of %" PRIu64 " states differ from the recorded ones, first at image %" PRIu32
+               "plumb-replay: %s: %" PRIu64 " of %" PRIu64
+               " states differ from the recorded ones, first at image %" PRIu32
                "; the log was altered, or recorded by another version of the software\n",
                session.source.c_str(), hashes.different(), hashes.compared(), *hashes.first_different());
   return kExitDifferent;

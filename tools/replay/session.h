@@ -15,7 +15,7 @@
 namespace plumb::replay {
 
 struct Session {
-  std::string source;       ///< what the user named, for messages and the summary
+  std::string source;                         ///< what the user named, for messages and the summary
   std::vector<std::filesystem::path> inputs;  ///< files and folders that are read, not to be written over
   std::vector<std::string> warnings;          ///< what can be flown but is hardly meant, one sentence each
   std::string config_name;  ///< the configuration the log was flown with; empty when the source does not say

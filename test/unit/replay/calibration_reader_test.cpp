@@ -34,8 +34,9 @@ TEST(CalibrationReader, ReadsCameraAndItsPoseInTheImu) {
   const test::TemporaryFolder folder;
   folder.write("cam0/sensor.yaml", std::string(kCamera) + kNoLens);
   folder.write("imu0/sensor.yaml", kImu);
+  std::vector<std::string> warnings;
   Calibration calibration;
-  read_camera(folder.path() / "cam0", folder.path() / "imu0", calibration);
+  read_camera(folder.path() / "cam0", folder.path() / "imu0", calibration, warnings);
   EXPECT_EQ(calibration.camera.width, 640);
   EXPECT_EQ(calibration.camera.fy, 410.0);
   EXPECT_EQ(calibration.camera.distortion, Distortion::kNone);
@@ -63,8 +64,9 @@ TEST(CalibrationReader, ReadsEveryLensModel) {
     const test::TemporaryFolder folder;
     folder.write("cam0/sensor.yaml", std::string(kCamera) + c.yaml);
     folder.write("imu0/sensor.yaml", kImu);
+    std::vector<std::string> warnings;
     Calibration calibration;
-    read_camera(folder.path() / "cam0", folder.path() / "imu0", calibration);
+    read_camera(folder.path() / "cam0", folder.path() / "imu0", calibration, warnings);
     EXPECT_EQ(calibration.camera.distortion, c.distortion);
     EXPECT_EQ(calibration.camera.coefficients[0], c.first);
   }
@@ -72,9 +74,10 @@ TEST(CalibrationReader, ReadsEveryLensModel) {
 
 TEST(CalibrationReader, SetsNoiseAndGravityParameters) {
   const test::TemporaryFolder folder;
+  std::vector<std::string> warnings;
   Parameters parameters;
   folder.write("sensor.yaml", kImu);
-  read_imu(folder.path(), parameters);
+  read_imu(folder.path(), parameters, warnings);
   EXPECT_EQ(parameters.estimator.imu.gyro_noise_density, 1e-4);
   EXPECT_EQ(parameters.estimator.imu.gyro_bias_walk, 2e-5);
   EXPECT_EQ(parameters.estimator.imu.accel_noise_density, 3e-3);
@@ -83,7 +86,7 @@ TEST(CalibrationReader, SetsNoiseAndGravityParameters) {
   EXPECT_EQ(parameters.estimator.start.gyro_bias_sigma_rad_s, Parameters{}.estimator.start.gyro_bias_sigma_rad_s);
   folder.write("sensor.yaml", std::string(kImu) + "gravity_mps2: 3.71\n" +
                                   "gyroscope_bias_stddev: 5e-5\naccelerometer_bias_stddev: 9e-3\n");
-  read_imu(folder.path(), parameters);
+  read_imu(folder.path(), parameters, warnings);
   EXPECT_EQ(parameters.estimator.imu.gravity_m_s2, 3.71);
   EXPECT_EQ(parameters.estimator.start.gyro_bias_sigma_rad_s, 5e-5);
   EXPECT_EQ(parameters.estimator.start.accel_bias_sigma_m_s2, 9e-3);
@@ -93,13 +96,15 @@ TEST(CalibrationReader, ReadsTheRangeFinder) {
   const test::TemporaryFolder folder;
   folder.write("sensor.yaml",
                "noise_stddev_m: 0.02\nmax_range_m: 30\naxis_in_cam: [0, 0, 1]\norigin_in_cam_m: [0.1, 0.2, 0.3]\n");
+  std::vector<std::string> warnings;
   Calibration calibration;
   Parameters parameters;
-  read_range_finder(folder.path(), calibration, parameters);
+  read_range_finder(folder.path(), calibration, parameters, warnings);
   EXPECT_EQ(parameters.estimator.range.noise_m, 0.02);
   EXPECT_EQ(parameters.estimator.range.max_range_m, 30.0);
   EXPECT_EQ(calibration.sensor.u_C, Vec3::UnitZ());
   EXPECT_EQ(calibration.sensor.p_CR_m, Vec3(0.1, 0.2, 0.3));
+  EXPECT_TRUE(warnings.empty());
 }
 
 TEST(CalibrationReader, TakesParametersNestedOrWithDotsAndFlags) {
