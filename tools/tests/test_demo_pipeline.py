@@ -203,12 +203,6 @@ def test_demo_tells_bad_input_in_a_line(tools: Path, capsys: pytest.CaptureFixtu
     assert "holds no mav0" in capsys.readouterr().err
 
 
-def test_demo_refuses_a_seed_that_cannot_be(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        demo.main(["--seed", "-1"])
-    assert "--seed: must not be negative" in capsys.readouterr().err
-
-
 def test_replay_that_is_not_built_is_a_failed_step(tools: Path) -> None:
     os.remove(tools / "plumb-replay")
     with pytest.raises(StepFailed, match="not built"):

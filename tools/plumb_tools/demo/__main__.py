@@ -11,6 +11,7 @@ from time import monotonic
 
 from rich.console import Console
 
+from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
@@ -51,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--full", action="store_true", help="fly every scene")
     what.add_argument("--flight", metavar="DIR", type=Path, help="fly this recording (the folder that holds mav0)")
-    parser.add_argument("--seed", metavar="N", type=scene_file.seed, default=1, help="of the simulation (default: 1)")
+    parser.add_argument("--seed", metavar="N", type=whole_number(0), default=1, help="of the simulation (default: 1)")
     parser.add_argument("--out", metavar="DIR", type=Path, default=ROOT / DEFAULT_OUT, help=f"default: {DEFAULT_OUT}")
     parser.add_argument("--no-open", action="store_true", help="do not open the report in a browser")
     parser.add_argument("--setup-seconds", type=float, default=0.0, help=argparse.SUPPRESS)  # told by tools/demo

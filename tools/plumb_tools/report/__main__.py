@@ -10,6 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from plumb_tools.arguments import whole_number
 from plumb_tools.report import animation, page
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.model import build
@@ -38,17 +39,10 @@ examples:
 exit codes: 0 written, 2 bad input"""
 
 
-def _count(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= MAX_IMAGES:
-        raise argparse.ArgumentTypeError(f"must be from 1 to {MAX_IMAGES}")
-    return value
-
-
 def _animation_file(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() not in animation.SUFFIXES:
-        raise argparse.ArgumentTypeError(f"the name must end in one of {', '.join(animation.SUFFIXES)}")
+        raise argparse.ArgumentTypeError(f"{text!r}; expected a name that ends in {' or '.join(animation.SUFFIXES)}")
     return path
 
 
@@ -68,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--images",
         metavar="N",
-        type=_count,
+        type=whole_number(1, MAX_IMAGES),
         default=DEFAULT_IMAGES,
         help="images to embed for the viewer (default: %(default)s)",
     )

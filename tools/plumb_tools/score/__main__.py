@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 
 from rich.console import Console
 
+from plumb_tools.arguments import positive_seconds, seconds
 from plumb_tools.score import table
 from plumb_tools.score.compute import DEFAULT_MAX_TIME_DIFF_S, Options, Score, Scored, score
 from plumb_tools.score.estimate import read_estimate
@@ -43,20 +43,6 @@ examples:
 exit codes: 0 scored, 2 bad input"""
 
 
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError("must be finite")
-    return value
-
-
-def _positive_seconds(text: str) -> float:
-    value = _seconds(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError("must be positive")
-    return value
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="score",
@@ -73,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--max-time-diff",
         metavar="S",
-        type=_positive_seconds,
+        type=positive_seconds,
         default=DEFAULT_MAX_TIME_DIFF_S,
         help="a pose counts when the truth has one within this time (default: %(default)s s)",
     )
@@ -84,10 +70,10 @@ def _parser() -> argparse.ArgumentParser:
         help="alignment to point out and to plot; the table has all of them (default: %(default)s)",
     )
     parser.add_argument(
-        "--start", metavar="S", type=_seconds, help="leave out what is before, seconds after the span's start"
+        "--start", metavar="S", type=seconds, help="leave out what is before, seconds after the span's start"
     )
     parser.add_argument(
-        "--end", metavar="S", type=_seconds, help="leave out what is after, seconds after the span's start"
+        "--end", metavar="S", type=seconds, help="leave out what is after, seconds after the span's start"
     )
     return parser
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
@@ -51,13 +52,6 @@ class Wanted:
     seeds: int
 
 
-def _seeds(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError("must be at least 1")
-    return value
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="score --suite",
@@ -67,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--suite", action="store_true", required=True, help="this help is about the suite")
     parser.add_argument("--scenes", metavar="A,B:N", help="scenes by name or file (default: all of tools/scenes)")
-    parser.add_argument("--seeds", metavar="N", type=_seeds, default=DEFAULT_SEEDS, help="default: %(default)s")
+    parser.add_argument("--seeds", metavar="N", type=whole_number(1), default=DEFAULT_SEEDS, help="default: %(default)s")
     parser.add_argument("--out", metavar="FILE", type=Path, default=ROOT / DEFAULT_OUT, help=f"default: {DEFAULT_OUT}")
     parser.add_argument("--discard", action="store_true", help="delete each flight once it is scored")
     parser.add_argument(

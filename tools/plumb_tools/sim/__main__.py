@@ -21,6 +21,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from plumb_tools.arguments import positive_seconds, whole_number
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
 
@@ -48,13 +49,6 @@ examples:
 exit codes: 0 flown, 2 bad input, 130 interrupted (nothing is left behind)"""
 
 
-def _positive_seconds(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < 1e6:
-        raise argparse.ArgumentTypeError("must be positive")
-    return value
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="simulate",
@@ -64,9 +58,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("scene", metavar="SCENE", nargs="?")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write (default: build/flights/SCENE-SEED)")
-    parser.add_argument("--seed", metavar="N", type=scene_file.seed, default=0, help="of what is random (default: 0)")
+    parser.add_argument("--seed", metavar="N", type=whole_number(0), default=0, help="of what is random (default: 0)")
     parser.add_argument("--textures", metavar="DIR", type=Path, help="your own pictures for materials and ground")
-    parser.add_argument("--duration", metavar="S", type=_positive_seconds, help="fly only the first S seconds")
+    parser.add_argument("--duration", metavar="S", type=positive_seconds, help="fly only the first S seconds")
     parser.add_argument("--list", action="store_true", help="list the scenes and exit")
     parser.add_argument("--no-log", action="store_true", help="leave out the LCM log of raw device bytes")
     return parser
