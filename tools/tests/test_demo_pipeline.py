@@ -11,6 +11,7 @@ import pytest
 from rich.console import Console
 
 import made_flight
+from plumb_tools import heartbeat
 from plumb_tools.demo import __main__ as demo
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import Folders, find_scene
@@ -144,6 +145,19 @@ def test_tool_that_fails_is_named_with_its_last_words(tools: Path) -> None:
     with pytest.raises(StepFailed, match=r"ended with 2:\n  scene.gravity: negative") as failure:
         _simulate(tools)
     assert "simulate.log" in str(failure.value)
+
+
+def test_where_no_terminal_is_lines_tell_how_far_a_step_is(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(heartbeat, "PERIOD_S", 0.1)
+    _program(tools / "slow", "sleep 0.35; echo '[3/10] Building'; sleep 0.35")
+    with Steps(Console()).step("build") as step:
+        step.run("configure", ["true"], tools / "configure.log")
+        step.run("compile", [tools / "slow"], tools / "build.log")
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("    ")]
+    assert lines[0].startswith("    compile, 0 s") and lines[-1].startswith("    compile 30 %, ")
+    assert 4 <= len(lines) <= 8
 
 
 def test_replay_that_fails_ends_the_other(tools: Path) -> None:

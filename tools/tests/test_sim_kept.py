@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from plumb_tools import heartbeat
 from plumb_tools.sim import __main__ as command
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.sim.kept import Origin
@@ -103,6 +105,22 @@ def test_the_command_simulates_once(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert (tmp_path / "flight").stat().st_ino == before.st_ino
     assert command.main([*arguments, "--seed", "1"]) == 0
     assert (tmp_path / "flight").stat().st_ino != before.st_ino
+
+
+def test_steps_that_take_long_show_that_they_go_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(heartbeat, "PERIOD_S", 0.1)
+    with command._Bar() as bar:
+        bar("building the world", 0, 0)
+        time.sleep(0.5)
+        told = capsys.readouterr().err.splitlines()
+        for done in range(20):
+            bar("taking images", 5 * done, 100)
+            time.sleep(0.01)
+    assert told[0] == "simulate: building the world"
+    assert len(told) >= 3 and all(line.startswith("simulate: building the world, ") for line in told[1:])
+    assert not any("since the start" in line for line in capsys.readouterr().err.splitlines())
 
 
 def test_what_a_killed_simulation_left_is_cleared_away(tmp_path: Path) -> None:

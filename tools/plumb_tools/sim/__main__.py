@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from concurrent.futures import BrokenExecutor
+from contextlib import nullcontext
 from pathlib import Path
 from types import FrameType
 
@@ -21,6 +22,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from plumb_tools import heartbeat
 from plumb_tools.arguments import positive_seconds, whole_number
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
@@ -80,7 +82,7 @@ class _Bar:
     def __init__(self) -> None:
         console = Console(stderr=True)
         self._drawn = console.is_terminal
-        self._told = 0
+        self._told, self._told_at_s = 0, time.monotonic()
         self._progress = Progress(
             TextColumn("{task.description:28}"),
             BarColumn(),
@@ -93,12 +95,15 @@ class _Bar:
         )
         self._task: TaskID | None = None
         self._step = ""
+        self._life = nullcontext() if self._drawn else heartbeat.every(heartbeat.PERIOD_S / 4.0, self._go_on)
 
     def __enter__(self) -> _Bar:
         self._progress.start()
+        self._life.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._life.__exit__(None, None, None)
         if self._task is not None:
             self._progress.remove_task(self._task)
         self._progress.stop()
@@ -118,8 +123,17 @@ class _Bar:
         """A line at the start of a step and at every other percent of it: the demo makes its bar of these."""
         part = 50 * done // total if total else 0
         if step != self._step or part != self._told:
-            print(f"simulate: {step}{f', {done} of {total}' if total else ''}", file=sys.stderr, flush=True)
+            self._line(f"{step}{f', {done} of {total}' if total else ''}")
         self._told = part
+
+    def _go_on(self, seconds: float) -> None:
+        """A line when there was none for long: some steps do not know how far they are."""
+        if time.monotonic() - self._told_at_s >= heartbeat.PERIOD_S:
+            self._line(f"{self._step}, {seconds:.0f} s since the start")
+
+    def _line(self, text: str) -> None:
+        self._told_at_s = time.monotonic()
+        print(f"simulate: {text}", file=sys.stderr, flush=True)
 
 
 def _simulate(arguments: argparse.Namespace) -> None:
