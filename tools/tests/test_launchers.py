@@ -40,7 +40,8 @@ def test_a_long_set_up_shows_that_it_goes_on(tmp_path: Path) -> None:
     _program(tmp_path / "tools/setup", "/bin/sleep 1; echo ready")
     _program(tmp_path / "build/venv/bin/python", "/bin/sleep 0.5; echo ran >&2")
     path = {"PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin"}
-    done = subprocess.run([tmp_path / "tools/demo"], capture_output=True, text=True, env=path, check=False)
+    run = {"capture_output": True, "text": True, "timeout": 30, "check": False}
+    done = subprocess.run([tmp_path / "tools/demo"], env=path, **run)
     assert done.returncode == 0
     before, after = done.stderr.split("ready\n")
     assert len(before.splitlines()) >= 2
