@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import subprocess
 import sys
@@ -88,6 +89,47 @@ def test_a_log_more_than_wanted_does_no_harm(tmp_path: Path) -> None:
     kept.mark(tmp_path, without)
     assert not kept.holds(tmp_path, with_log) and kept.holds(tmp_path, without)
     assert not kept.holds(tmp_path, _origin(tmp_path, {}, seed=1))
+
+
+def _flight(folder: Path, made_from: Origin) -> Path:
+    """A folder with an image and two tables, marked."""
+    (folder / "mav0/cam0/data").mkdir(parents=True)
+    (folder / "mav0/cam0/data/1.png").write_bytes(bytes(100))
+    (folder / "mav0/cam0/data.csv").write_text("1,1.png\n")
+    (folder / "scene.yaml").write_text("scene: {}\n")
+    kept.mark(folder, made_from)
+    return folder
+
+
+DAMAGE: list[tuple[str, bytes | None, str]] = [
+    ("mav0/cam0/data/1.png", bytes(99), "1.png has 99 bytes, 100 were written"),
+    ("mav0/cam0/data/1.png", None, "1.png is missing"),
+    ("mav0/cam0/data.csv", b"", "data.csv has 0 bytes, 8 were written"),
+    ("mav0/cam0/data.csv", b"2,1.png\n", "a table is not the one"),
+    ("scene.yaml", b"scene: []\n", "a table is not the one"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "told"), DAMAGE)
+def test_a_flight_whose_files_are_not_as_written_is_not_whole(
+    name: str, content: bytes | None, told: str, tmp_path: Path
+) -> None:
+    made_from = _origin(tmp_path, {})
+    flight = _flight(tmp_path / "flight", made_from)
+    (flight / "report.html").write_text("came later")
+    assert kept.holds(flight, made_from) and kept.damage(flight, made_from) is None
+    (flight / name).unlink()
+    if content is not None:
+        (flight / name).write_bytes(content)
+    assert not kept.holds(flight, made_from)
+    assert told in str(kept.damage(flight, made_from))
+    assert kept.damage(flight, _origin(tmp_path, {}, seed=1)) is None
+
+
+def test_a_flight_from_before_sizes_were_noted_is_used_again(tmp_path: Path) -> None:
+    made_from = _origin(tmp_path, {})
+    (tmp_path / kept.FILE).write_text(json.dumps(vars(made_from)))
+    assert kept.holds(tmp_path, made_from)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"seed": 0}', '"x"'])

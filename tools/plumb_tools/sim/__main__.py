@@ -22,7 +22,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from plumb_tools import heartbeat
+from plumb_tools import files, heartbeat
 from plumb_tools.arguments import positive_seconds, whole_number
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
@@ -148,6 +148,9 @@ def _simulate(arguments: argparse.Namespace) -> None:
     if kept.holds(target, wanted):
         print(f"{target}: there already")
         return
+    if (damage := kept.damage(target, wanted)) is not None:
+        print(f"simulate: {target}: {damage}; simulated anew", file=sys.stderr)
+    kept.expect_replaceable(target)
     software = renderer.software_renderer()
     if software is not None:
         print(f"simulate: no GPU, drawing in software ({software})", file=sys.stderr)
@@ -201,7 +204,7 @@ def main(argv: list[str] | None = None) -> int:
             print(f"simulate: {line}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:
-        print(f"simulate: {error}; nothing is left behind", file=sys.stderr)
+        print(f"simulate: {files.told(error)}; nothing is left behind", file=sys.stderr)
         return EXIT_BAD_INPUT
     return 0
 
