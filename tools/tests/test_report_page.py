@@ -188,6 +188,33 @@ def test_replays_in_the_wrong_order_are_refused(tmp_path: Path, capsys: pytest.C
     assert "flown without a single range" in capsys.readouterr().err
 
 
+def test_a_replay_that_never_started_is_named_beside_the_other(tmp_path: Path) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "range")
+    vio = made_flight.never_start(made_flight.write_run(tmp_path / "vio", with_range=False))
+    out = tmp_path / "out.html"
+    assert main([str(run), str(vio), "--flight", str(flight), "--out", str(out), "--images", "3"]) == 0
+    head = out.read_text().split('id="seen"')[0]
+    assert head.count("<b>never started</b><span>VIO</span>") == 6
+    assert "<b>VIO</b>: never started: none of 120 images has a state; without range, only a standstill" in head
+    vio = made_flight.write_run(tmp_path / "other", with_range=False)
+    made_flight.never_start(run)
+    assert main([str(run), str(vio), "--flight", str(flight), "--out", str(out), "--images", "3"]) == 0
+    assert "<b>never started</b><span>range-VIO</span>" in out.read_text()
+
+
+def test_what_has_nothing_to_show_is_refused_in_plain_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "range")
+    vio = made_flight.never_start(made_flight.write_run(tmp_path / "vio", with_range=False))
+    options = ["--flight", str(flight), "--out", str(tmp_path / "out.html")]
+    assert main([str(vio), *options]) == 2
+    told = capsys.readouterr().err
+    assert f"report: {vio}: never started: none of 120 images has a state; " in told and "no data line" not in told
+    assert main([str(vio), str(run), *options]) == 2
+    assert f"{run}: flown with ranges; it goes first" in capsys.readouterr().err
+
+
 def test_spare_ranges_are_in_the_profile(tmp_path: Path) -> None:
     run = read_run(made_flight.write_run(tmp_path / "range"), "range-VIO")
     run.states["range_outcome"][20:30] = RangeOutcome.SPARE
