@@ -20,6 +20,10 @@ def test_a_file_is_replaced_only_when_the_new_one_is_whole(tmp_path: Path) -> No
         raise KeyboardInterrupt
     assert target.read_text() == "first"
     assert [path.name for path in tmp_path.iterdir()] == ["page.md"]
+    with target.open() as reading:
+        files.write_text(target, "second")
+        assert reading.read() == "first"  # another file took the place, so that no reader sees a half
+    assert target.read_text() == "second"
 
 
 def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import made_flight
+from plumb_tools.report.__main__ import main
 from plumb_tools.report.belonging import expect_same_flight
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.run import read_run
@@ -61,7 +62,7 @@ def test_images_that_are_not_in_the_flight_are_told(flight: Path, run: Path) -> 
     assert f"its image at {lines[50].split(',')[0]} ns is not in mav0/cam0/data.csv" in _refused(flight, run)
 
 
-def test_counts_that_differ_are_told(flight: Path, run: Path, tmp_path: Path) -> None:
+def test_counts_that_differ_are_told(flight: Path, run: Path) -> None:
     samples = (flight / IMU).read_text()
     (flight / IMU).write_text(samples + "9999999999,0,0,0,0,0,0\n")
     assert "summary.json has 120 imu_samples, mav0/imu0/data.csv has 121" in _refused(flight, run)
@@ -75,6 +76,14 @@ def test_ranges_of_another_flight_are_told(flight: Path, run: Path) -> None:
     assert "114 of its 115 ranges are not in mav0/range0/data.csv, first 10.000 m at 1250000000 ns" in told
     shutil.rmtree(flight / "mav0/range0")
     assert "flown with ranges, mav0/range0/data.csv is missing" in _refused(flight, run)
+
+
+def test_the_report_of_another_flight_is_not_made(
+    flight: Path, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (flight / RANGES).write_text((flight / RANGES).read_text().replace("10.000", "10.020"))
+    assert main([str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
+    assert "is not a replay of" in capsys.readouterr().err and not (tmp_path / "out.html").exists()
 
 
 def test_without_ranges_the_recording_that_the_replay_names_is_compared(flight: Path, tmp_path: Path) -> None:
