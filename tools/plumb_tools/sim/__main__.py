@@ -95,6 +95,7 @@ class _Bar:
         )
         self._task: TaskID | None = None
         self._step = ""
+        self._state = "starting"
         self._life = nullcontext() if self._drawn else heartbeat.every(heartbeat.PERIOD_S / 4.0, self._go_on)
 
     def __enter__(self) -> _Bar:
@@ -123,13 +124,14 @@ class _Bar:
         """A line at the start of a step and at every other percent of it: the demo makes its bar of these."""
         part = 50 * done // total if total else 0
         if step != self._step or part != self._told:
-            self._line(f"{step}{f', {done} of {total}' if total else ''}")
+            self._state = f"{step}{f', {done} of {total}' if total else ''}"
+            self._line(self._state)
         self._told = part
 
     def _go_on(self, seconds: float) -> None:
-        """A line when there was none for long: some steps do not know how far they are."""
+        """The last line again when there was none for long: some steps do not know how far they are."""
         if time.monotonic() - self._told_at_s >= heartbeat.PERIOD_S:
-            self._line(f"{self._step}, {seconds:.0f} s since the start")
+            self._line(f"{self._state}, {seconds:.0f} s since the start")
 
     def _line(self, text: str) -> None:
         self._told_at_s = time.monotonic()

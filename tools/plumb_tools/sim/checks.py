@@ -96,12 +96,12 @@ def _check_motion(scene: Scene, faults: Faults) -> None:
         motion = trajectory.at(start_s + np.linspace(0.0, segment.duration_s, count + 1))
         start_s += segment.duration_s
         for what, fastest, limit, unit in (
-            ("speed", np.linalg.norm(motion.v_WI_m_s, axis=1).max(), MAX_SPEED_M_S, "m/s"),
-            ("acceleration", np.linalg.norm(motion.a_WI_m_s2, axis=1).max(), MAX_ACCELERATION_M_S2, "m/s^2"),
-            ("rate of turn", np.degrees(np.linalg.norm(motion.omega_I_rad_s, axis=1).max()), MAX_TURN_DEG_S, "deg/s"),
+            ("its speed", np.linalg.norm(motion.v_WI_m_s, axis=1).max(), MAX_SPEED_M_S, "m/s"),
+            ("its acceleration", np.linalg.norm(motion.a_WI_m_s2, axis=1).max(), MAX_ACCELERATION_M_S2, "m/s^2"),
+            ("its rate of turn", np.degrees(np.linalg.norm(motion.omega_I_rad_s, axis=1).max()), MAX_TURN_DEG_S, "deg/s"),
         ):
             if fastest > limit:
-                found = said(f"{segment.TAG} within {segment.duration_s:g} s has a {what} of {fastest:.3g} {unit}")
+                found = said(f"{segment.TAG} within {segment.duration_s:g} s takes {what} to {fastest:.3g} {unit}")
                 faults.add(f"trajectory.segments[{number}]", found, f"at most {limit:g} {unit}, as fast as a drone can be")
 
 
