@@ -88,7 +88,8 @@ def read_text(path: Path) -> str:
         raise InputError(f"{path}: cannot be read as text: {error}") from error
 
 
-def _data_lines(text: str) -> Iterator[tuple[int, str]]:
+def data_lines(text: str) -> Iterator[tuple[int, str]]:
+    """The lines of a table that are neither empty nor comments, with their numbers."""
     for number, line in enumerate(text.splitlines(), start=1):
         stripped = line.strip()
         if stripped and not stripped.startswith("#"):
@@ -156,7 +157,7 @@ def read_tum(path: Path) -> Trajectory:
     stamps: list[int] = []
     rows: list[list[float]] = []
     lines: list[int] = []
-    for number, line in _data_lines(read_text(path)):
+    for number, line in data_lines(read_text(path)):
         where = f"{path}:{number}"
         fields = line.split()
         if len(fields) != 8:
@@ -203,7 +204,7 @@ def read_csv(
     stamps: list[int] = []
     rows: list[list[float]] = []
     lines: list[int] = []
-    for number, line in _data_lines(text):
+    for number, line in data_lines(text):
         if number == 1:
             continue
         where = f"{path}:{number}"

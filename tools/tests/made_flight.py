@@ -67,6 +67,8 @@ def write_flight(folder: Path) -> Path:
     for name in ("imu0", "range0"):
         (folder / "mav0" / name).mkdir()
     (folder / "mav0/imu0/sensor.yaml").write_text(f"{pose}{_yaml_list(IDENTITY)}\n")
+    samples = "".join(f"{t_ns},0,0,0,0,0,9.8\n" for t_ns in trajectory.t_ns)
+    (folder / "mav0/imu0/data.csv").write_text("#timestamp [ns],w_x,w_y,w_z,a_x,a_y,a_z\n" + samples)
     (folder / "mav0/range0/sensor.yaml").write_text(
         "noise_stddev_m: 0.025\nmax_range_m: 40\naxis_in_cam: [0, 0, 1]\norigin_in_cam_m: [0, 0, 0]\n"
     )
@@ -93,7 +95,11 @@ def write_run(folder: Path, scale: float = 1.0, with_range: bool = True, with_fe
     if with_features:
         _write_features(folder / "features.csv", trajectory)
     summary = {
+        "source": str(folder / "gone"),
         "configuration": "flight",
+        "inputs": {"images": IMAGES, "imu_samples": IMAGES, "ranges": IMAGES if with_range else 0},
+        "images_processed": IMAGES,
+        "images_valid": IMAGES - FIRST_VALID_ROW,
         "run_hash": "0123456789abcdef",
         "image_span_s": (IMAGES - 1) / RATE_HZ,
         "wall_s": 2.0,
@@ -102,6 +108,14 @@ def write_run(folder: Path, scale: float = 1.0, with_range: bool = True, with_fe
     }
     (folder / "summary.json").write_text(json.dumps(summary))
     return folder
+
+
+def never_start(run: Path) -> Path:
+    """Makes of an output folder one whose filter never started, as plumb-replay leaves it."""
+    (run / "trajectory.tum").write_text("")
+    summary = json.loads((run / "summary.json").read_text())
+    (run / "summary.json").write_text(json.dumps(summary | {"images_valid": 0}))
+    return run
 
 
 def _write_states(path: Path, trajectory: Trajectory, scale: float, with_range: bool) -> None:

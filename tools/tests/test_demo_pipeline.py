@@ -11,11 +11,12 @@ import pytest
 from rich.console import Console
 
 import made_flight
+from plumb_tools import heartbeat
 from plumb_tools.demo import __main__ as demo
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import Folders, find_scene
 from plumb_tools.demo.process import StepFailed, Steps, progress_of
-from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, mean_and_worst, terminal_table
+from plumb_tools.demo.results import COLUMNS, Outcome, cell, error_ratio, footnotes, mean_and_worst, terminal_table
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
 
@@ -122,10 +123,15 @@ def test_filter_that_never_started_is_named(tools: Path) -> None:
     folders = Folders(tools / "work")
     flight = _simulate(tools)
     pipeline.fly(_steps(), "demo", flight, folders)
-    (folders.run("VIO") / "trajectory.tum").write_text("")
-    (folders.run("VIO") / "summary.json").write_text('{"images_processed": 30, "images_valid": 0}')
+    made_flight.never_start(folders.run("VIO"))
     outcome = pipeline.judge("demo", 1, flight, folders)
-    assert outcome.vio is None and outcome.reasons["VIO"] == "the filter never started, none of 30 images has a state"
+    assert outcome.vio is None
+    assert outcome.reasons["VIO"].startswith("never started: none of 120 images has a state; without range, only")
+    (note,) = footnotes([outcome])
+    assert note.startswith("demo, VIO: never started: ") and note.endswith("rather than a wrong one.")
+    made_flight.never_start(folders.run("range-VIO"))
+    reason = pipeline.judge("demo", 1, flight, folders).reasons["range-VIO"]
+    assert reason == "never started: none of 120 images has a state"
 
 
 def test_replay_without_a_solution_is_told_not_hidden(tools: Path) -> None:
@@ -144,6 +150,19 @@ def test_tool_that_fails_is_named_with_its_last_words(tools: Path) -> None:
     with pytest.raises(StepFailed, match=r"ended with 2:\n  scene.gravity: negative") as failure:
         _simulate(tools)
     assert "simulate.log" in str(failure.value)
+
+
+def test_where_no_terminal_is_lines_tell_how_far_a_step_is(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(heartbeat, "PERIOD_S", 0.1)
+    _program(tools / "slow", "sleep 0.35; echo '[3/10] Building'; sleep 0.35")
+    with Steps(Console()).step("build") as step:
+        step.run("configure", ["true"], tools / "configure.log")
+        step.run("compile", [tools / "slow"], tools / "build.log")
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("    ")]
+    assert lines[0].startswith("    compile, 0 s") and lines[-1].startswith("    compile 30 %, ")
+    assert 4 <= len(lines) <= 8
 
 
 def test_replay_that_fails_ends_the_other(tools: Path) -> None:
@@ -174,6 +193,10 @@ def test_the_table_fits_the_terminal(tools: Path, capsys: pytest.CaptureFixture[
     Console(width=width).print(terminal_table([outcome], width))
     text = capsys.readouterr().out
     assert "excitation" in text and "10.00" in text and "…" not in text
+    Console(width=width).print(terminal_table([replace(outcome, vio=None, reasons={"VIO": "never started: x"})], width))
+    text = capsys.readouterr().out
+    rows = [line.split() for line in text.splitlines()]
+    assert ["VIO", "never"] in rows and ["started"] in rows and "…" not in text
 
 
 def test_demo_flies_a_recording_and_leaves_a_report(
@@ -185,6 +208,34 @@ def test_demo_flies_a_recording_and_leaves_a_report(
     text = capsys.readouterr().out
     for part in ("set up", "fly flight", "score and report", "everything", "range-VIO", "VIO", "report.html"):
         assert part in text
+    assert (tools / "out/flight/report.html").is_file()
+
+
+def test_demo_names_no_report_that_it_did_not_write(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(pipeline, "build", lambda steps, out: None)
+    for run in ("range", "vio"):
+        made_flight.never_start(tools / "made" / run)
+    old = tools / "out/flight/report.html"
+    old.parent.mkdir(parents=True)
+    old.write_text("of another flight")
+    assert demo.main(["--flight", str(tools / "made/flight"), "--out", str(tools / "out"), "--no-open"]) == 0
+    told = capsys.readouterr().out
+    assert "report.html" not in told and "no report: there is no replay with a state" in told
+    assert told.count("never started: none of 120 images") == 2 and not old.exists()
+
+
+def test_demo_shows_a_recording_without_truth(
+    tools: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(pipeline, "build", lambda steps, out: None)
+    monkeypatch.setattr(demo, "DEFAULT_IMAGES", 2)
+    flight = tools / "made/flight"
+    (flight / "mav0/state_groundtruth_estimate0/data.csv").unlink()
+    assert demo.main(["--flight", str(flight), "--out", str(tools / "out"), "--no-open"]) == 0
+    told = capsys.readouterr().out
+    assert "flight, VIO: no truth: " in told and "report.html" in told
     assert (tools / "out/flight/report.html").is_file()
 
 
@@ -200,13 +251,9 @@ def test_full_demo_flies_every_scene(
 
 def test_demo_tells_bad_input_in_a_line(tools: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert demo.main(["--flight", str(tools), "--no-open"]) == 2
-    assert "holds no mav0" in capsys.readouterr().err
-
-
-def test_demo_refuses_a_seed_that_cannot_be(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        demo.main(["--seed", "-1"])
-    assert "--seed: must not be negative" in capsys.readouterr().err
+    assert f"demo: --flight {tools}: holds no mav0" in capsys.readouterr().err
+    assert demo.main(["--out", str(tools / "plumb-replay"), "--no-open"]) == 2
+    assert f"demo: --out {tools / 'plumb-replay'}: cannot be written" in capsys.readouterr().err
 
 
 def test_replay_that_is_not_built_is_a_failed_step(tools: Path) -> None:

@@ -32,6 +32,23 @@ def test_a_stale_environment_is_renewed_first(name: str, tmp_path: Path) -> None
     assert done.stderr == "set up\n"
 
 
+def test_a_long_set_up_shows_that_it_goes_on(tmp_path: Path) -> None:
+    """With a stand-in for sleep whose ten seconds pass at once; nothing is told once the set-up has ended."""
+    (tmp_path / "tools").mkdir()
+    shutil.copy(TOOLS / "demo", tmp_path / "tools/demo")
+    _program(tmp_path / "bin/sleep", '[[ $1 == 10 ]] || exit 1; exec /bin/sleep 0.2')
+    _program(tmp_path / "tools/setup", "/bin/sleep 1; echo ready")
+    _program(tmp_path / "build/venv/bin/python", "/bin/sleep 0.5; echo ran >&2")
+    path = {"PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin"}
+    run = {"capture_output": True, "text": True, "timeout": 30, "check": False}
+    done = subprocess.run([tmp_path / "tools/demo"], env=path, **run)
+    assert done.returncode == 0
+    before, after = done.stderr.split("ready\n")
+    assert len(before.splitlines()) >= 2
+    assert all(line.startswith("demo: still setting up, ") for line in before.splitlines())
+    assert after == "ran\n"
+
+
 def test_a_failed_set_up_runs_nothing(tmp_path: Path) -> None:
     (tmp_path / "tools").mkdir()
     shutil.copy(TOOLS / "score", tmp_path / "tools/score")

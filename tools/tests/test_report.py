@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ def test_json_has_all_figures_and_only_finite_numbers(replay: tuple[Path, Path],
         raise AssertionError(f"{name} is not JSON")
 
     figures = json.loads(target.read_text(), parse_constant=refuse)
+    assert not list(tmp_path.glob(".part*"))
     assert figures["schema"] == "plumb-score/1"
     assert figures["span_source"] == "images"
     assert figures["alignments"]["4dof"]["ate_rmse_m"] < 1e-8
@@ -79,6 +81,39 @@ def test_tum_files_alone_are_scored(tmp_path: Path, capsys: pytest.CaptureFixtur
     figures = json.loads(capsys.readouterr().out)
     assert figures["consistency"] is None
     assert figures["alignments"]["4dof"]["velocity_rmse_m_s"] is None
+
+
+def test_trajectory_of_a_replay_is_scored_with_what_lies_beside_it(
+    replay: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth, folder = replay
+    (folder / "summary.json").write_text("{}")
+
+    def figures(estimate: Path) -> dict[str, Any]:
+        assert main([str(truth), str(estimate), "--json", "-"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    whole, by_file = figures(folder), figures(folder / "trajectory.tum")
+    assert "beside" in by_file["notes"][0] and "same replay" in by_file["notes"][0]
+    assert {**by_file, "notes": whole["notes"]} == whole
+    states = (folder / "states.csv").read_text()
+    (folder / "states.csv").write_text("".join(states.splitlines(keepends=True)[:40]))
+    other = figures(folder / "trajectory.tum")
+    assert other["consistency"] is None and "do not belong to it: " in other["notes"][0]
+    (folder / "summary.json").unlink()
+    assert figures(folder / "trajectory.tum")["notes"] == []
+
+
+def test_replay_that_never_started_is_called_that(
+    replay: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth, folder = replay
+    (folder / "trajectory.tum").write_text("")
+    summary = {"images_processed": 30, "images_valid": 0, "inputs": {"ranges": 9}}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    assert main([str(truth), str(folder)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"score: {folder}: never started: none of 30 images has a state; expected"), told
 
 
 def test_estimate_that_never_moves_is_scored(tmp_path: Path) -> None:

@@ -151,12 +151,6 @@ def test_events_tell_of_the_start_and_the_gated_range(flight: Flight, run: Run) 
     assert texts == ["mode: range-VIO", "range gated: measured 7.00 m, the facet says 10.00 m"]
 
 
-def test_replay_of_another_flight_is_refused(flight: Flight, run: Run, tmp_path: Path) -> None:
-    flight.t_images_ns[:] += 1
-    with pytest.raises(InputError, match="is it another flight"):
-        views(flight, run, np.array([10]))
-
-
 def test_tables_keep_nanoseconds_and_name_what_is_missing(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text("t_ns,a,hash\n1403636584763555584,nan,00ff\n1403636584763555585,2,00fe\n")

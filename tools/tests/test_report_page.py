@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -13,8 +14,11 @@ from browser import Browser, chromium
 from plumb_tools.report import animation
 from plumb_tools.report.__main__ import main
 from plumb_tools.report.flight import read_flight
-from plumb_tools.report.run import read_run
+from plumb_tools.report.figures_filter import range_profile
+from plumb_tools.report.model import build
+from plumb_tools.report.run import RangeOutcome, read_run
 from plumb_tools.report.sections import numbers
+from plumb_tools.report.theme import OUTCOME_NAMES
 
 MAX_BYTES = 15_000_000
 
@@ -48,7 +52,7 @@ def test_page_is_one_file_without_links_to_a_network(page: Path) -> None:
     assert "{{" not in text.split("<script>")[0]
     for loading in ('src="http', "src='http", 'rel="stylesheet"', "@import"):
         assert loading not in text.split("<script>")[0]
-    assert not list(page.parent.glob("*.part"))
+    assert [path.name for path in page.parent.iterdir()] == [page.name]
 
 
 def test_scales_of_a_figure_that_is_not_drawn_yet_can_be_changed(browser: Browser) -> None:
@@ -154,12 +158,84 @@ def test_bad_input_is_told_in_a_line(
     assert not (tmp_path / "out.html").exists()
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("cam0/data.csv", b"\xff\xfe1,1.png\n", "cannot be read as text"),
+        ("cam0/data.csv", b"now,1.png\n", "data.csv:1: expected a stamp in nanoseconds"),
+        ("cam0/sensor.yaml", b"\xff\xfe", "cannot be read as text"),
+        ("imu0/sensor.yaml", b"T_BS: {data: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]}", "not a rotation"),
+        ("imu0/sensor.yaml", b"T_BS: {data: [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}", "not a rotation"),
+        ("imu0/sensor.yaml", b"rate_hz: 250", "T_BS is missing"),
+    ],
+)
+def test_damaged_files_of_a_flight_are_named(
+    name: str, content: bytes, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "run")
+    (flight / "mav0" / name).write_bytes(content)
+    assert main([str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
+    told = capsys.readouterr().err
+    assert f"{flight / 'mav0' / name}:" in told and message in told
+
+
 def test_replays_in_the_wrong_order_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     flight = made_flight.write_flight(tmp_path / "flight")
     vio = made_flight.write_run(tmp_path / "vio", with_range=False)
     run = made_flight.write_run(tmp_path / "range")
     assert main([str(vio), str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
     assert "flown without a single range" in capsys.readouterr().err
+
+
+def test_a_replay_that_never_started_is_named_beside_the_other(tmp_path: Path) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "range")
+    vio = made_flight.never_start(made_flight.write_run(tmp_path / "vio", with_range=False))
+    out = tmp_path / "out.html"
+    assert main([str(run), str(vio), "--flight", str(flight), "--out", str(out), "--images", "3"]) == 0
+    head = out.read_text().split('id="seen"')[0]
+    assert head.count("<b>never started</b><span>VIO</span>") == 6
+    assert "<b>VIO</b>: never started: none of 120 images has a state; without range, only a standstill" in head
+    vio = made_flight.write_run(tmp_path / "other", with_range=False)
+    made_flight.never_start(run)
+    assert main([str(run), str(vio), "--flight", str(flight), "--out", str(out), "--images", "3"]) == 0
+    assert "<b>never started</b><span>range-VIO</span>" in out.read_text()
+
+
+def test_what_has_nothing_to_show_is_refused_in_plain_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flight = made_flight.write_flight(tmp_path / "flight")
+    run = made_flight.write_run(tmp_path / "range")
+    vio = made_flight.never_start(made_flight.write_run(tmp_path / "vio", with_range=False))
+    options = ["--flight", str(flight), "--out", str(tmp_path / "out.html")]
+    assert main([str(vio), *options]) == 2
+    told = capsys.readouterr().err
+    assert f"report: {vio}: never started: none of 120 images has a state; " in told and "no data line" not in told
+    assert main([str(vio), str(run), *options]) == 2
+    assert f"{run}: flown with ranges; it goes first" in capsys.readouterr().err
+
+
+def test_spare_ranges_are_in_the_profile(tmp_path: Path) -> None:
+    run = read_run(made_flight.write_run(tmp_path / "range"), "range-VIO")
+    run.states["range_outcome"][20:30] = RangeOutcome.SPARE
+    model = build(read_flight(made_flight.write_flight(tmp_path / "flight")), [run])
+    profile = range_profile(model)
+    assert profile is not None
+    drawn = {trace.name: trace for trace in profile.figure.data}
+    assert len(drawn["spare"].x) == 10 and drawn["spare"].marker.symbol == "circle-open"
+    returned = run.states["range_outcome"] != RangeOutcome.NONE
+    names = {OUTCOME_NAMES[kind] for kind in RangeOutcome}
+    assert sum(len(trace.x) for name, trace in drawn.items() if name in names) == np.count_nonzero(returned)
+
+
+@pytest.mark.parametrize("option", ["--out", "--animation"])
+def test_a_page_that_cannot_be_written_is_told_at_the_start(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    target = tmp_path / "file/a.webp"
+    assert main(["nowhere", "--flight", "nowhere", option, str(target)]) == 2
+    assert f"{option} {target}: cannot be written" in capsys.readouterr().err
 
 
 def test_missing_image_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from plumb_tools import heartbeat
 from plumb_tools.sim import __main__ as command
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.sim.kept import Origin
@@ -88,6 +91,47 @@ def test_a_log_more_than_wanted_does_no_harm(tmp_path: Path) -> None:
     assert not kept.holds(tmp_path, _origin(tmp_path, {}, seed=1))
 
 
+def _flight(folder: Path, made_from: Origin) -> Path:
+    """A folder with an image and two tables, marked."""
+    (folder / "mav0/cam0/data").mkdir(parents=True)
+    (folder / "mav0/cam0/data/1.png").write_bytes(bytes(100))
+    (folder / "mav0/cam0/data.csv").write_text("1,1.png\n")
+    (folder / "scene.yaml").write_text("scene: {}\n")
+    kept.mark(folder, made_from)
+    return folder
+
+
+DAMAGE: list[tuple[str, bytes | None, str]] = [
+    ("mav0/cam0/data/1.png", bytes(99), "1.png has 99 bytes, 100 were written"),
+    ("mav0/cam0/data/1.png", None, "1.png is missing"),
+    ("mav0/cam0/data.csv", b"", "data.csv has 0 bytes, 8 were written"),
+    ("mav0/cam0/data.csv", b"2,1.png\n", "a table is not the one"),
+    ("scene.yaml", b"scene: []\n", "a table is not the one"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "told"), DAMAGE)
+def test_a_flight_whose_files_are_not_as_written_is_not_whole(
+    name: str, content: bytes | None, told: str, tmp_path: Path
+) -> None:
+    made_from = _origin(tmp_path, {})
+    flight = _flight(tmp_path / "flight", made_from)
+    (flight / "report.html").write_text("came later")
+    assert kept.holds(flight, made_from) and kept.damage(flight, made_from) is None
+    (flight / name).unlink()
+    if content is not None:
+        (flight / name).write_bytes(content)
+    assert not kept.holds(flight, made_from)
+    assert told in str(kept.damage(flight, made_from))
+    assert kept.damage(flight, _origin(tmp_path, {}, seed=1)) is None
+
+
+def test_a_flight_from_before_sizes_were_noted_is_used_again(tmp_path: Path) -> None:
+    made_from = _origin(tmp_path, {})
+    (tmp_path / kept.FILE).write_text(json.dumps(vars(made_from)))
+    assert kept.holds(tmp_path, made_from)
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"seed": 0}', '"x"'])
 def test_a_folder_with_a_damaged_note_holds_nothing(text: str, tmp_path: Path) -> None:
     (tmp_path / kept.FILE).write_text(text)
@@ -103,6 +147,22 @@ def test_the_command_simulates_once(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert (tmp_path / "flight").stat().st_ino == before.st_ino
     assert command.main([*arguments, "--seed", "1"]) == 0
     assert (tmp_path / "flight").stat().st_ino != before.st_ino
+
+
+def test_steps_that_take_long_show_that_they_go_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(heartbeat, "PERIOD_S", 0.1)
+    with command._Bar() as bar:
+        bar("building the world", 0, 0)
+        time.sleep(0.5)
+        told = capsys.readouterr().err.splitlines()
+        for done in range(20):
+            bar("taking images", 5 * done, 100)
+            time.sleep(0.01)
+    assert told[0] == "simulate: building the world"
+    assert len(told) >= 3 and all(line.startswith("simulate: building the world, ") for line in told[1:])
+    assert not any("since the start" in line for line in capsys.readouterr().err.splitlines())
 
 
 def test_what_a_killed_simulation_left_is_cleared_away(tmp_path: Path) -> None:

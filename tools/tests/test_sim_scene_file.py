@@ -48,6 +48,10 @@ def test_a_scene_as_flown_is_the_same_scene(name: str, tmp_path: Path) -> None:
     assert scene_file.read(write(tmp_path, as_plain(scene))) == scene
 
 
+SLOW = {"do": "hold", "duration_s": 1}
+MOVE = {"do": "move", "by_m": [5, 0, 0]}
+SHAKE = {"do": "sway", "duration_s": 9, "amplitude_m": [0.2, 0, 0], "frequency_hz": [5, 1, 1]}
+
 BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"scene.gravty_m_s2": 9.8}, ["scene.gravty_m_s2: unknown key", "'gravity_m_s2'"]),
     ({"sensors.imu.rate_hz": -250}, ["sensors.imu.rate_hz: -250", "above 0"]),
@@ -71,6 +75,10 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"trajectory.segments": []}, ["trajectory.segments: []", "at least one"]),
     ({"trajectory.segments": [{"do": "loop"}]}, ["segments[0].do: 'loop'", "hold, move"]),
     ({"trajectory.segments": [{"do": "hold", "duration_s": 0}]}, ["segments[0].duration_s: 0", "above 0"]),
+    ({"trajectory.segments": [SLOW, MOVE | {"duration_s": 0.01}]}, ["segments[1]: move within 0.01 s", "50 m/s, "]),
+    ({"trajectory.segments": [SLOW, MOVE | {"duration_s": 0.4}]}, ["its acceleration to 2", "at most 100 m/s^2"]),
+    ({"trajectory.segments": [MOVE | {"yaw_deg": 900, "duration_s": 1}]}, ["its rate of turn to", "at most 1000 deg/s"]),
+    ({"trajectory.segments": [SHAKE]}, ["segments[0]: sway within 9 s", "at most 100 m/s^2"]),
     ({"faults": [{"kind": "camera_dark", "start_s": 99, "duration_s": 1}]}, ["faults[0].start_s: 99", "within"]),
     ({"trajectory.start.position_m": [0, 0, -1]}, ["trajectory.start.position_m", "below the ground", "free air"]),
     ({"trajectory.start.position_m": [5, 1, 1]}, ["trajectory.start.position_m", "inside an object"]),
@@ -90,6 +98,13 @@ def test_bad_scenes_are_refused(
     for part in expected:
         assert part in message
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.yaml"]
+
+
+def test_a_flight_just_within_the_limits_of_motion_is_good(tmp_path: Path) -> None:
+    """A move of 5 m has at most 2.46 times its mean speed, and 9.4 m over its time squared of acceleration."""
+    segments = [SLOW, MOVE | {"duration_s": 0.75}]
+    path = write(tmp_path, changed({"trajectory.lean": 0, "trajectory.segments": segments}))
+    checks.check_values(scene_file.read(path), path)
 
 
 def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
@@ -136,3 +151,7 @@ def test_unknown_names_and_folders_are_refused(tmp_path: Path, capsys: pytest.Ca
     assert command.main([str(path), "--out", str(tmp_path / "out"), "--duration", "0.5"]) == 2
     assert "not a simulated flight" in capsys.readouterr().err
     assert (tmp_path / "out" / "diary.txt").exists()
+    assert command.main([str(path), "--out", str(path)]) == 2
+    assert f"{path}: exists and is not a simulated flight; --out takes a new" in capsys.readouterr().err
+    assert command.main([str(path), "--out", str(path / "flight")]) == 2
+    assert f"--out {path / 'flight'}: cannot be written, {path}: is not a folder" in capsys.readouterr().err

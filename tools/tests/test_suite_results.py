@@ -124,11 +124,11 @@ def test_damaged_figures_are_made_again(flown: list[str], tmp_path: Path) -> Non
 
 def test_replay_without_solution_is_counted_and_explained() -> None:
     scene = Scene("cruise", scene_file.find("cruise"))
-    lost = Outcome("cruise", 2, GOOD, None, {"VIO": "trajectory.tum: holds no data line"})
+    lost = Outcome("cruise", 2, GOOD, None, {"VIO": "no solution: trajectory.tum: holds no data line"})
     flights = [Outcome("cruise", 1, GOOD, BAD, {}), lost]
     text = results_page.markdown([SceneResults(scene, flights)], "tools/score --suite")
     assert "|  | VIO | 1 of 2 | 3.60 |" in text
-    assert "Seed 2, VIO: no solution (trajectory.tum: holds no data line)." in text
+    assert "Seed 2, VIO: no solution: trajectory.tum: holds no data line." in text
 
 
 @pytest.mark.parametrize(
@@ -137,13 +137,58 @@ def test_replay_without_solution_is_counted_and_explained() -> None:
         ("outdoor,moon", "moon: no such scene"),
         ("outdoor:0", "--scenes outdoor:0: expected a number of seeds, at least 1"),
         ("outdoor:many", "expected a number of seeds"),
+        ("outdoor,outdoor:3", "outdoor stands there twice; expected every scene once"),
+        ("outdoor,", "--scenes: : no such scene"),
+        ("outdoor,{folder}/bad.yaml", "bad.yaml: scene.gravty: unknown key"),
     ],
 )
 def test_bad_scenes_are_refused_before_anything_is_flown(
     scenes: str, expected: str, flown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    (tmp_path / "bad.yaml").write_text(SCENE.replace("summary", "gravty"))
+    scenes = scenes.format(folder=tmp_path)
     assert main(["--suite", "--scenes", scenes, "--out", str(tmp_path / "results.md")]) == 2
     assert expected in capsys.readouterr().err
+    assert flown == []
+
+
+@pytest.fixture
+def project(flown: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A project of two scenes with a page of results; returns that page."""
+    (tmp_path / "scenes/indoor.yaml").write_text(SCENE)
+    monkeypatch.setattr(suite, "ROOT", tmp_path)
+    page = tmp_path / suite.DEFAULT_OUT
+    page.parent.mkdir()
+    page.write_text("as it was")
+    return page
+
+
+def test_some_of_the_scenes_leave_the_results_of_all_alone(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    work = ["--suite", "--seeds", "1", "--work", str(tmp_path / "work")]
+    assert main([*work, "--scenes", "outdoor"]) == 0
+    told = capsys.readouterr().out
+    assert "| outdoor | **range-VIO** | 1 |" in told and "docs/results.md stays as it is" in told
+    assert project.read_text() == "as it was"
+    assert main([*work, "--scenes", "outdoor", "--out", str(tmp_path / "new/page.md")]) == 0
+    assert "### outdoor" in (tmp_path / "new/page.md").read_text()
+    assert project.read_text() == "as it was"
+    assert main([*work, "--scenes", "outdoor,indoor:2"]) == 0
+    assert "### indoor" in project.read_text()
+    project.write_text("as it was")
+    assert main(work) == 0
+    assert "### indoor" in project.read_text()
+    assert [path.name for path in project.parent.iterdir()] == [project.name]
+
+
+@pytest.mark.parametrize(("option", "place"), [("--out", "file/page.md"), ("--out", ""), ("--work", "file")])
+def test_where_nothing_can_be_written_is_told_before_anything_is_flown(
+    option: str, place: str, flown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["--suite", option, str(tmp_path / place)]) == 2
+    assert f"{option} {tmp_path / place}: " in capsys.readouterr().err
     assert flown == []
 
 

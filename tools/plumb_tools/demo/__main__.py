@@ -6,15 +6,18 @@ import argparse
 import os
 import sys
 import webbrowser
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 
 from rich.console import Console
 
+from plumb_tools import files
+from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
-from plumb_tools.demo.results import Outcome, terminal_table
+from plumb_tools.demo.results import Outcome, footnotes, terminal_table
 from plumb_tools.report.__main__ import DEFAULT_IMAGES, write_report
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
@@ -51,31 +54,38 @@ def _parser() -> argparse.ArgumentParser:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--full", action="store_true", help="fly every scene")
     what.add_argument("--flight", metavar="DIR", type=Path, help="fly this recording (the folder that holds mav0)")
-    parser.add_argument("--seed", metavar="N", type=scene_file.seed, default=1, help="of the simulation (default: 1)")
+    parser.add_argument("--seed", metavar="N", type=whole_number(0), default=1, help="of the simulation (default: 1)")
     parser.add_argument("--out", metavar="DIR", type=Path, default=ROOT / DEFAULT_OUT, help=f"default: {DEFAULT_OUT}")
     parser.add_argument("--no-open", action="store_true", help="do not open the report in a browser")
     parser.add_argument("--setup-seconds", type=float, default=0.0, help=argparse.SUPPRESS)  # told by tools/demo
     return parser
 
 
-def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> tuple[Outcome, Path]:
+@dataclass(frozen=True)
+class _Shown:
+    """What came of a flight."""
+
+    outcome: Outcome
+    page: Path | None  #: the report; None when no replay gave anything to show
+
+
+def _show(steps: Steps, name: str, flight: Path, folders: Folders) -> _Shown:
     """Flies a flight, judges it and writes its report."""
-    pipeline.fly(steps, name, flight, folders)
     page = folders.base / "report.html"
+    page.unlink(missing_ok=True)  # what is there in the end is of this flight
+    pipeline.fly(steps, name, flight, folders)
     with steps.step(f"score and report {name}") as step:
         tell = step.working("scoring")
         outcome = pipeline.judge(name, None, flight, folders)
         runs, absent = pipeline.read_runs(folders)
         if runs:
             write_report(flight, list(runs.values()), absent, page, DEFAULT_IMAGES, tell)
-    for run, reason in outcome.reasons.items():
-        steps.console.print(f"  [yellow]{name}, {run}: no solution to score: {reason}[/]")
-    return outcome, page
+    return _Shown(outcome, page if runs else None)
 
 
-def _fly_all(arguments: argparse.Namespace, steps: Steps) -> tuple[list[Outcome], list[Path]]:
+def _fly_all(arguments: argparse.Namespace, steps: Steps) -> list[_Shown]:
     out: Path = arguments.out
-    shown: list[tuple[Outcome, Path]] = []
+    shown: list[_Shown] = []
     if arguments.flight is not None:
         name = arguments.flight.resolve().name
         shown.append(_show(steps, name, arguments.flight, Folders(out / name)))
@@ -86,7 +96,7 @@ def _fly_all(arguments: argparse.Namespace, steps: Steps) -> tuple[list[Outcome]
             folders = Folders(out / scene.name)
             flight = pipeline.simulate(steps, scene, arguments.seed, folders.log("simulate"))
             shown.append(_show(steps, scene.name, flight, folders))
-    return [outcome for outcome, _ in shown], [page for _, page in shown]
+    return shown
 
 
 def _has_display() -> bool:
@@ -97,16 +107,23 @@ def _demo(arguments: argparse.Namespace, console: Console) -> None:
     started = monotonic() - arguments.setup_seconds
     steps = Steps(console)
     steps.note("set up", arguments.setup_seconds)
+    files.expect_folder(arguments.out, "--out")
     if arguments.flight is not None and not (arguments.flight / "mav0").is_dir():
-        raise InputError(f"{arguments.flight}: holds no mav0; --flight takes a folder in ASL layout")
+        raise InputError(f"--flight {arguments.flight}: holds no mav0; expected a folder in ASL layout")
     pipeline.build(steps, arguments.out)
-    outcomes, pages = _fly_all(arguments, steps)
+    shown = _fly_all(arguments, steps)
+    outcomes = [flight.outcome for flight in shown]
     steps.note("everything", monotonic() - started)
     console.print()
     console.print(terminal_table(outcomes, console.width))
+    for line in footnotes(outcomes):
+        console.print(line, style="yellow", highlight=False, markup=False)
+    pages = [flight.page for flight in shown if flight.page is not None]
     for page in pages:
         console.print(f"report  {page}", highlight=False, soft_wrap=True)
-    if pages[0].is_file() and not arguments.no_open and _has_display():
+    if not pages:
+        console.print("no report: there is no replay with a state to show", style="yellow")
+    elif not arguments.no_open and _has_display():
         webbrowser.open(pages[0].resolve().as_uri())
 
 
@@ -120,7 +137,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"demo: {error}", file=sys.stderr)
         return EXIT_FAILED
     except (InputError, OSError) as error:
-        print(f"demo: {error}", file=sys.stderr)
+        print(f"demo: {files.told(error)}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt:
         print("demo: interrupted; run it again to go on", file=sys.stderr)

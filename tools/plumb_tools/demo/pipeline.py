@@ -14,10 +14,11 @@ from typing import Any
 from plumb_tools.demo.process import StepFailed, Steps
 from plumb_tools.demo.results import RANGE_VIO, VIO, Figures, Outcome
 from plumb_tools.report.headline import cost_of, headline_of
-from plumb_tools.report.run import Run, never_started, read_run
+from plumb_tools.report.run import NO_TRUTH, Run, read_run
+from plumb_tools.score.estimate import never_started
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.sim.kept import Origin
-from plumb_tools.trajectory import InputError, read_truth
+from plumb_tools.trajectory import ASL_TRUTH, InputError, read_truth
 
 ROOT = Path(__file__).resolve().parents[3]
 SIMULATE = ROOT / "tools" / "simulate"
@@ -66,10 +67,11 @@ class Folders:
 
 
 def find_scene(name: str) -> Scene:
-    """A scene that comes with Plumb by its name, or a scene file by its path."""
+    """A scene that comes with Plumb by its name, or a scene file by its path; one that can be read."""
     file = scene_file.find(name)
     if not file.is_file():
         raise InputError(f"{name}: no such scene file; expected one, or one of {', '.join(scene_file.names())}")
+    scene_file.read(file)
     return Scene(file.stem, file)
 
 
@@ -99,13 +101,6 @@ def read_json(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-
-
-def write_json(path: Path, tree: Any) -> None:
-    """Writes a JSON file that is there as a whole or not at all."""
-    unfinished = path.with_suffix(".part")
-    unfinished.write_text(json.dumps(tree, indent=2) + "\n", encoding="utf-8")
-    unfinished.replace(path)
 
 
 def simulate(steps: Steps, scene: Scene, seed: int, log: Path) -> Path:
@@ -150,20 +145,23 @@ def read_runs(folders: Folders) -> tuple[dict[str, Run], dict[str, str]]:
         try:
             runs[name] = read_run(folders.run(name), name)
         except InputError as error:
-            reasons[name] = str(error)
+            reasons[name] = f"no solution: {error}"
     return runs, reasons
 
 
 def judge(scene: str, seed: int | None, flight: Path, folders: Folders) -> Outcome:
     """Figures of both replays against the truth."""
-    truth = read_truth(flight)
     runs, reasons = read_runs(folders)
     figures: dict[str, Figures | None] = {RANGE_VIO: None, VIO: None}
+    if not (flight / ASL_TRUTH).exists():
+        untold = {name: f"{NO_TRUTH}: {flight / ASL_TRUTH} is missing, there is nothing to score against" for name in runs}
+        return Outcome(scene, seed, None, None, reasons | untold)
+    truth = read_truth(flight)
     for name, run in runs.items():
         try:
             headline, _ = headline_of(truth, run)
         except InputError as error:
-            reasons[name] = str(error)
+            reasons[name] = f"no solution: {error}"
             continue
         figures[name] = Figures(headline, cost_of(run))
     return Outcome(scene, seed, figures[RANGE_VIO], figures[VIO], reasons)

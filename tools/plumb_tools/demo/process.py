@@ -7,12 +7,14 @@ import shlex
 import subprocess
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from plumb_tools import heartbeat
 
 #: What tools write of their progress: "[12/47]", " 30 %", "image 60 of 600".
 _PARTS = re.compile(r"\b(\d+) ?(?:/|of) ?(\d+)\b")
@@ -49,6 +51,10 @@ class Bar:
         if done is not None:
             self._progress.update(self._task, completed=done)
 
+    def end(self) -> None:
+        """The tool has ended: there is nothing more to tell of it."""
+        self._progress.stop_task(self._task)
+
 
 class Step:
     """A step of the work with a bar per tool that it runs."""
@@ -63,6 +69,13 @@ class Step:
         """A bar for work of unknown length that is done here; to be told what is being done."""
         task = self._progress.add_task(title, total=None)
         return lambda text: self._progress.update(task, description=text)
+
+    def state(self) -> str:
+        """What is being done and how much of it is done, in a line."""
+        under_way = [task for task in self._progress.tasks if task.stop_time is None]
+        return ", ".join(
+            f"{task.description} {task.percentage:.0f} %" if task.completed else task.description for task in under_way
+        )
 
     def stop(self) -> None:
         """Ends what this step runs, from whatever thread."""
@@ -92,6 +105,7 @@ class Step:
                     tail.append(line.rstrip())
                     bar.show(line)
             self._running.remove(process)
+            bar.end()
         if process.returncode != 0:
             last = "\n".join(f"  {line}" for line in tail if line)
             raise StepFailed(f"{shlex.join(words)} ended with {process.returncode}:\n{last}\n  (all of it in {log})")
@@ -101,7 +115,7 @@ class Steps:
     """Shows steps as they go and keeps the time of each."""
 
     def __init__(self, console: Console) -> None:
-        """On a console; bars are drawn only on a terminal."""
+        """On a console; bars are drawn on a terminal, elsewhere lines tell now and then what goes on."""
         self.console = console
         self.times: list[tuple[str, float]] = []
 
@@ -114,14 +128,23 @@ class Steps:
     def step(self, title: str) -> Iterator[Step]:
         """A step; its time is shown when it has ended."""
         started = monotonic()
-        if not self.console.is_terminal:
-            self.console.print(f"  {title} ...", highlight=False)
         columns = (TextColumn("  {task.description:<34}"), BarColumn(32), TaskProgressColumn(), TimeElapsedColumn())
         with Progress(*columns, console=self.console, transient=True, disable=not self.console.is_terminal) as bars:
             step = Step(bars)
-            try:
-                yield step
-            except BaseException:
-                step.stop()
-                raise
+            with nullcontext() if self.console.is_terminal else self._lines(title, step):
+                try:
+                    yield step
+                except BaseException:
+                    step.stop()
+                    raise
         self.note(title, monotonic() - started)
+
+    def _lines(self, title: str, step: Step) -> AbstractContextManager[None]:
+        """A line at the start, and one in every period with how far the step is."""
+        self.console.print(f"  {title} ...", highlight=False)
+
+        def tell(seconds: float) -> None:
+            line = f"    {step.state() or title}, {seconds:.0f} s"
+            self.console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+        return heartbeat.every(heartbeat.PERIOD_S, tell)

@@ -10,6 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from plumb_tools.report.headline import Cost, Headline
+from plumb_tools.report.run import absence
 
 NONE = "-"
 WIDE = 120  #: characters from which a table's titles have room
@@ -37,7 +38,7 @@ class Outcome:
     seed: int | None  #: None: not simulated here
     range_vio: Figures | None
     vio: Figures | None
-    reasons: dict[str, str]  #: why a replay has no figures, by its name
+    reasons: dict[str, str]  #: why a replay has no figures, by its name; it begins with what it came to
 
     def replays(self) -> tuple[tuple[str, Figures | None], ...]:
         """Both replays with their names, range-VIO first."""
@@ -107,9 +108,18 @@ def terminal_table(outcomes: Sequence[Outcome], width: int) -> Table:
         for name, figures in outcome.replays():
             colour = "bright_blue" if name == RANGE_VIO else "orange3"
             first = outcome.scene if name == RANGE_VIO else ""
-            table.add_row(first, f"[{colour}]{name}[/]", *(cell(figures, column) for column in COLUMNS))
+            cells = [cell(figures, column) for column in COLUMNS]
+            if figures is None and name in outcome.reasons:
+                words = absence(outcome.reasons[name]).replace(" ", "\n")  # in a line they would widen the column
+                cells = [words, *([""] * (len(COLUMNS) - 1))]
+            table.add_row(first, f"[{colour}]{name}[/]", *cells)
         table.add_section()
     return table
+
+
+def footnotes(outcomes: Sequence[Outcome]) -> list[str]:
+    """A sentence for each replay that has no figures."""
+    return [f"{outcome.scene}, {name}: {why}." for outcome in outcomes for name, why in outcome.reasons.items()]
 
 
 def mean_and_worst(figures: Sequence[Figures], column: Column) -> tuple[float, float] | None:

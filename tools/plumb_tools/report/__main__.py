@@ -10,11 +10,15 @@ from pathlib import Path
 
 from rich.console import Console
 
+from plumb_tools import files
+from plumb_tools.arguments import whole_number
 from plumb_tools.report import animation, page
+from plumb_tools.report.belonging import expect_same_flight
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.model import build
 from plumb_tools.report.overlay import choose_rows, views
-from plumb_tools.report.run import Run, never_started, read_run
+from plumb_tools.report.run import Run, read_run
+from plumb_tools.score.estimate import never_started
 from plumb_tools.trajectory import InputError
 
 EXIT_BAD_INPUT = 2
@@ -38,17 +42,10 @@ examples:
 exit codes: 0 written, 2 bad input"""
 
 
-def _count(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= MAX_IMAGES:
-        raise argparse.ArgumentTypeError(f"must be from 1 to {MAX_IMAGES}")
-    return value
-
-
 def _animation_file(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() not in animation.SUFFIXES:
-        raise argparse.ArgumentTypeError(f"the name must end in one of {', '.join(animation.SUFFIXES)}")
+        raise argparse.ArgumentTypeError(f"{text!r}; expected a name that ends in {' or '.join(animation.SUFFIXES)}")
     return path
 
 
@@ -68,7 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--images",
         metavar="N",
-        type=_count,
+        type=whole_number(1, MAX_IMAGES),
         default=DEFAULT_IMAGES,
         help="images to embed for the viewer (default: %(default)s)",
     )
@@ -87,17 +84,18 @@ def write_report(
     `absent` names replays that gave no solution, and says why.
     """
     flight = read_flight(folder)
+    for run in runs:
+        expect_same_flight(flight, run)
     rows = choose_rows(runs[0].states["range_outcome"].astype(int), images)
     text = page.render(build(flight, runs, absent), views(flight, runs[0], rows), progress)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = out.with_name(out.name + ".part")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(out)
+    files.write_text(out, text)
     return out.stat().st_size
 
 
 def _read_runs(arguments: argparse.Namespace) -> tuple[list[Run], dict[str, str]]:
-    """The replays under the names of what they are, and why the one for comparison is not among them."""
+    """The replays under the names of what they are, and why one of them is not among them."""
+    if (reason := never_started(arguments.run)) is not None:
+        return _read_second(arguments, reason)
     main = read_run(arguments.run, "range-VIO")
     with_range = bool(main.states["range_outcome"].any())
     if arguments.run_no_range is None:
@@ -109,7 +107,20 @@ def _read_runs(arguments: argparse.Namespace) -> tuple[list[Run], dict[str, str]
     return [main, read_run(arguments.run_no_range, "VIO")], {}
 
 
+def _read_second(arguments: argparse.Namespace, reason: str) -> tuple[list[Run], dict[str, str]]:
+    """The replay for comparison when the first one never started."""
+    if arguments.run_no_range is None:
+        raise InputError(f"{arguments.run}: {reason}; expected a replay with a state")
+    run = read_run(arguments.run_no_range, "VIO")
+    if run.states["range_outcome"].any():
+        raise InputError(f"{arguments.run_no_range}: flown with ranges; it goes first, the flight without range second")
+    return [run], {"range-VIO": reason}
+
+
 def _write(arguments: argparse.Namespace, console: Console) -> None:
+    files.expect_file(arguments.out, "--out")
+    if arguments.animation is not None:
+        files.expect_file(arguments.animation, "--animation")
     runs, absent = _read_runs(arguments)
 
     def tell(text: str) -> None:
@@ -129,7 +140,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         _write(arguments, Console(stderr=True))
     except (InputError, OSError) as error:
-        print(f"report: {error}", file=sys.stderr)
+        print(f"report: {files.told(error)}", file=sys.stderr)
         return EXIT_BAD_INPUT
     if arguments.open:
         webbrowser.open(arguments.out.resolve().as_uri())

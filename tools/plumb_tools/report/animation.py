@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from plumb_tools import files
 from plumb_tools.report.flight import Flight
 from plumb_tools.report.analysis import thinned
 from plumb_tools.report.overlay import View, read_image, views
@@ -31,13 +32,13 @@ def save(flight: Flight, run: Run, path: Path) -> int:
     rows = thinned(len(run.states), FRAMES)
     strip = _strip(flight, run)
     frames = [_frame(flight, run, view, strip) for view in views(flight, run, rows)]
-    path.parent.mkdir(parents=True, exist_ok=True)
     timing = {"save_all": True, "append_images": frames[1:], "duration": FRAME_MS, "loop": 0}
-    if path.suffix.lower() == ".webp":
-        frames[0].save(path, "WEBP", quality=WEBP_QUALITY, method=4, **timing)
-    else:
-        reduced = [frame.quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames]
-        reduced[0].save(path, "GIF", optimize=True, **{**timing, "append_images": reduced[1:]})
+    with files.whole(path) as unfinished:
+        if path.suffix.lower() == ".webp":
+            frames[0].save(unfinished, "WEBP", quality=WEBP_QUALITY, method=4, **timing)
+        else:
+            reduced = [frame.quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames]
+            reduced[0].save(unfinished, "GIF", optimize=True, **{**timing, "append_images": reduced[1:]})
     return path.stat().st_size
 
 

@@ -16,7 +16,9 @@ from plumb_tools.trajectory import FloatArray, IntArray
 #: Ranges are single points: more of them than this only slow the page down.
 MAX_RANGES = 4000
 
+#: In order of drawing: what was not used lies under what was.
 _DRAWN_OUTCOMES = (
+    RangeOutcome.SPARE,
     RangeOutcome.USED,
     RangeOutcome.FEATURE,
     RangeOutcome.NO_FACET,
@@ -81,7 +83,7 @@ def _add_ranges(
         name=theme.OUTCOME_NAMES[kind],
         marker={
             "size": 8 if gated else 4.5,
-            "symbol": "x" if gated else "circle",
+            "symbol": theme.OUTCOME_SYMBOLS.get(kind, "circle"),
             "color": theme.OUTCOME_COLOURS[kind],
         },
     )

@@ -111,6 +111,7 @@ def _plan(model: Model) -> Panel:
 def _profile(model: Model, ground: Ground) -> Panel:
     figure = style(go.Figure())
     shown = (
+        (RangeOutcome.SPARE, "ground: spare"),
         (RangeOutcome.USED, "ground: accepted"),
         (RangeOutcome.FEATURE, "ground: given to a feature"),
         (RangeOutcome.NO_FACET, "ground: no facet"),
@@ -123,7 +124,7 @@ def _profile(model: Model, ground: Ground) -> Panel:
             continue
         keep = rows[thinned(len(rows), GROUND_POINTS)]
         gated = outcome == RangeOutcome.GATED
-        marker = {"size": 7 if gated else 3.5, "symbol": "x" if gated else "circle"}
+        marker = {"size": 7 if gated else 3.5, "symbol": theme.OUTCOME_SYMBOLS.get(outcome, "circle")}
         colour = theme.GOOD if outcome == RangeOutcome.USED else theme.OUTCOME_COLOURS[outcome]
         figure.add_scatter(
             x=ground.distance_m[keep],

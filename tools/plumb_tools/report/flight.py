@@ -19,7 +19,9 @@ from plumb_tools.trajectory import (
     InputError,
     IntArray,
     Truth,
+    data_lines,
     read_csv,
+    read_text,
     read_truth,
 )
 
@@ -28,6 +30,9 @@ IMU_FILE = Path("mav0/imu0/sensor.yaml")
 RANGE_FILE = Path("mav0/range0/sensor.yaml")
 RANGE_DATA = Path("mav0/range0/data.csv")
 IMAGE_FOLDER = Path("mav0/cam0/data")
+
+#: Written with few digits, a rotation is one only so far.
+_ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -98,9 +103,7 @@ def _read_images(folder: Path) -> tuple[IntArray, list[Path]]:
     if not path.is_file():
         raise InputError(f"{folder}: not an ASL folder: {ASL_IMAGES} is missing")
     stamps, files = [], []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
-        if not line.strip() or line.startswith("#"):
-            continue
+    for number, line in data_lines(read_text(path)):
         fields = line.split(",")
         if len(fields) < 2 or not fields[0].strip().isdigit():
             raise InputError(f"{path}:{number}: expected a stamp in nanoseconds and a file name")
@@ -113,10 +116,8 @@ def _read_images(folder: Path) -> tuple[IntArray, list[Path]]:
 
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, yaml.YAMLError) as error:
+        content = yaml.safe_load(read_text(path))
+    except yaml.YAMLError as error:
         raise InputError(f"{path}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: holds no keys")
@@ -138,8 +139,12 @@ def _transform(content: dict[str, Any], path: Path) -> FloatArray:
     """T_BS: from the sensor to the body frame, (4, 4)."""
     pose = content.get("T_BS")
     if not isinstance(pose, dict):
-        raise InputError(f"{path}: T_BS is missing")
-    return np.array(_numbers(pose, "data", 16, path)[:16], dtype=np.float64).reshape(4, 4)
+        raise InputError(f"{path}: T_BS is missing; expected the pose of the sensor in the body")
+    matrix = np.array(_numbers(pose, "data", 16, path)[:16], dtype=np.float64).reshape(4, 4)
+    turn = matrix[:3, :3]
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=_ROTATION_TOLERANCE) or np.linalg.det(turn) < 0.0:
+        raise InputError(f"{path}: T_BS.data: its upper left 3 x 3 is not a rotation; expected a pose by rows")
+    return matrix
 
 
 def _camera(content: dict[str, Any], path: Path) -> Camera:

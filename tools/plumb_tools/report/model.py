@@ -81,7 +81,7 @@ class Model:
 
 def build(flight: Flight, runs: list[Run], absent: dict[str, str] | None = None) -> Model:
     """Brings a flight and its replays together."""
-    replays = [_replay(flight, run, theme.VIO if run.label == "VIO" else theme.RANGE_VIO) for run in runs]
+    replays = [_replay(flight, run, theme.colour_of(run.label)) for run in runs]
     return Model(flight, replays, float(flight.seconds(flight.t_images_ns[-1:])[0]), absent or {})
 
 

@@ -92,10 +92,8 @@ def views(flight: Flight, run: Run, rows: IntArray) -> list[View]:
     place_of = {int(t): index for index, t in enumerate(flight.t_images_ns)}
     found = []
     for row in rows.tolist():
-        t_ns = int(run.states.t_ns[row])
-        if t_ns not in place_of:
-            raise InputError(f"{run.folder}: the image at {t_ns} ns is not in {flight.folder}; is it another flight?")
-        found.append(_view(flight, run, row, flight.image_files[place_of[t_ns]], log))
+        place = place_of[int(run.states.t_ns[row])]
+        found.append(_view(flight, run, row, flight.image_files[place], log))
     return found
 
 

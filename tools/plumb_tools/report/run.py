@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from plumb_tools.report.tables import Table, header_of, read_table
-from plumb_tools.score.estimate import Estimate, read_estimate
+from plumb_tools.score.estimate import NEVER_STARTED, STATES_FILE, SUMMARY_FILE, Estimate, read_estimate
 from plumb_tools.trajectory import InputError
 
-STATES_FILE = "states.csv"
 TIMING_FILE = "timing.csv"
-SUMMARY_FILE = "summary.json"
 FEATURES_FILE = "features.csv"
 
 POSITION = ("p_WI_x_m", "p_WI_y_m", "p_WI_z_m")
@@ -37,6 +35,12 @@ _STATES = (
     "range_sigma_m",
     "zero_velocity",
 )
+
+#: What else than NEVER_STARTED a replay without figures may have come to.
+NO_TRUTH = "no truth"
+
+#: What the report needs of summary.json.
+_SUMMARY = ("source", "configuration", "inputs", "image_span_s", "wall_s", "counters", "run_hash")
 
 STAGE_SUFFIX = "_us"
 #: Columns of timing.csv that are sums of others.
@@ -95,15 +99,9 @@ def stage_names(header: list[str]) -> tuple[str, ...]:
     )
 
 
-def never_started(folder: Path) -> str | None:
-    """Says so when a replay gave no state at all; None when it gave one, or when its summary cannot be read."""
-    try:
-        summary = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
-        if summary["images_valid"] == 0:
-            return f"the filter never started, none of {summary['images_processed']} images has a state"
-    except (OSError, ValueError, KeyError):
-        pass
-    return None
+def absence(reason: str) -> str:
+    """The few words for a table of why a replay has no figures."""
+    return next((words for words in (NEVER_STARTED, NO_TRUTH) if words in reason), "no solution")
 
 
 def read_run(folder: Path, label: str) -> Run:
@@ -127,10 +125,11 @@ def _read_summary(path: Path) -> dict[str, Any]:
         summary = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; did the replay end?") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError) as error:  # the latter of text that is not JSON, or no text at all
         raise InputError(f"{path}: not a summary of plumb-replay: {error}") from None
-    missing = [key for key in ("configuration", "image_span_s", "wall_s", "counters", "run_hash") if key not in summary]
+    if not isinstance(summary, dict):
+        raise InputError(f"{path}: holds no keys; not a summary of plumb-replay")
+    missing = [key for key in _SUMMARY if key not in summary]
     if missing:
         raise InputError(f"{path}: missing {', '.join(missing)}; not a summary of plumb-replay")
-    assert isinstance(summary, dict)
     return summary

@@ -11,7 +11,7 @@ from plumb_tools.report import theme
 from plumb_tools.report.events import Event
 from plumb_tools.report.headline import US_PER_MS, Cost, Headline
 from plumb_tools.report.model import Model
-from plumb_tools.report.run import STAGE_SUFFIX, Run
+from plumb_tools.report.run import STAGE_SUFFIX, Run, absence
 
 NONE = "&ndash;"
 #: Events shown before the rest is folded away.
@@ -58,7 +58,7 @@ def summary_line(model: Model) -> str:
 def cards(model: Model) -> str:
     """The headline figures, replays side by side."""
     judged = [replay.judged.headline for replay in model.replays if replay.judged is not None]
-    parts = []
+    parts: list[str] = []
     if judged:
         parts = [
             _card(model, "Worst axis", "greatest position error", [h.max_axis_percent for h in judged], "%", True),
@@ -73,11 +73,17 @@ def cards(model: Model) -> str:
 
 
 def _card(model: Model, title: str, note: str, values: Sequence[float | None], unit: str, compare: bool) -> str:
-    rows = "".join(
-        f"<div class='value' style='--colour:{replay.colour}'><b>{text}</b><span>{escape(replay.label)}</span></div>"
+    rows = [
+        _value(replay.label, replay.colour, text)
         for replay, text in zip(model.replays, numbers(values, 3, unit), strict=True)
-    )
-    return f"<div class='card'><h3>{title}</h3><p>{note}</p>{rows}{_ratio(values) if compare else ''}</div>"
+    ]
+    rows += [_value(name, theme.colour_of(name), absence(reason), "none") for name, reason in model.absent.items()]
+    ratio = _ratio(values) if compare else ""
+    return f"<div class='card'><h3>{title}</h3><p>{note}</p>{''.join(rows)}{ratio}</div>"
+
+
+def _value(label: str, colour: str, text: str, kind: str = "") -> str:
+    return f"<div class='value {kind}' style='--colour:{colour}'><b>{text}</b><span>{escape(label)}</span></div>"
 
 
 def _ratio(values: Sequence[float | None]) -> str:

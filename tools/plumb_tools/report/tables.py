@@ -41,8 +41,8 @@ class Table:
 def header_of(path: Path) -> list[str]:
     """Column names of the first line."""
     if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    with path.open(encoding="utf-8") as stream:
+        raise InputError(f"{path}: no such file; expected one that plumb-replay wrote")
+    with path.open(encoding="utf-8", errors="replace") as stream:
         return stream.readline().strip().lstrip("#").split(",")
 
 

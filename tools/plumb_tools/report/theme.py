@@ -33,8 +33,10 @@ OUTCOME_COLOURS = {
     RangeOutcome.BAD_GEOMETRY: "#b08800",
     RangeOutcome.STALE: "#8957e5",
     RangeOutcome.FEATURE: "#3fb6c6",
-    RangeOutcome.SPARE: MUTED,
+    RangeOutcome.SPARE: "#6f86a8",
 }
+#: Of single ranges; a full circle where nothing else is said.
+OUTCOME_SYMBOLS = {RangeOutcome.GATED: "x", RangeOutcome.SPARE: "circle-open"}
 OUTCOME_NAMES = {
     RangeOutcome.NONE: "no range",
     RangeOutcome.USED: "accepted",
@@ -55,6 +57,11 @@ STAGE_NAMES = {
     "visual_update": "visual update",
 }
 STAGE_COLOURS = ("#7aa6da", "#8b95a5", "#2ea876", "#e5484d", "#d4a72c", "#8957e5", "#e8833a", "#3fb6c6")
+
+
+def colour_of(label: str) -> str:
+    """Colour of a replay, by what it is called."""
+    return VIO if label == "VIO" else RANGE_VIO
 
 
 def faded(colour: str, opacity: float) -> str:

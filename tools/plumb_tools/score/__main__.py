@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 
 from rich.console import Console
 
+from plumb_tools import files
+from plumb_tools.arguments import positive_seconds, seconds
 from plumb_tools.score import table
 from plumb_tools.score.compute import DEFAULT_MAX_TIME_DIFF_S, Options, Score, Scored, score
 from plumb_tools.score.estimate import read_estimate
@@ -17,6 +18,7 @@ from plumb_tools.trajectory import InputError, read_truth
 
 EXIT_BAD_INPUT = 2
 SUITE_OPTION = "--suite"
+STANDARD_OUTPUT = "-"
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
@@ -24,8 +26,8 @@ DESCRIPTION = """\
 Scores an estimated trajectory against the truth.
 
 TRUTH  an ASL folder (mav0/state_groundtruth_estimate0/data.csv), such a csv, or a TUM file
-EST    a TUM file (t tx ty tz qx qy qz qw), or the output folder of plumb-replay, which adds
-       velocity error and the consistency of the covariance (NEES)
+EST    a TUM file (t tx ty tz qx qy qz qw), or the output folder of plumb-replay or the trajectory.tum in it,
+       which add velocity error and the consistency of the covariance (NEES)
 
 Poses are those of the IMU in a world with z up. The truth is interpolated to the stamps of the estimate.
 Headline: absolute trajectory error (ATE) after alignment in position and yaw, the four degrees of freedom
@@ -41,20 +43,6 @@ examples:
   tools/score --suite --help                            every simulated scene and seed, into docs/results.md
 
 exit codes: 0 scored, 2 bad input"""
-
-
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError("must be finite")
-    return value
-
-
-def _positive_seconds(text: str) -> float:
-    value = _seconds(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError("must be positive")
-    return value
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -73,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--max-time-diff",
         metavar="S",
-        type=_positive_seconds,
+        type=positive_seconds,
         default=DEFAULT_MAX_TIME_DIFF_S,
         help="a pose counts when the truth has one within this time (default: %(default)s s)",
     )
@@ -84,23 +72,27 @@ def _parser() -> argparse.ArgumentParser:
         help="alignment to point out and to plot; the table has all of them (default: %(default)s)",
     )
     parser.add_argument(
-        "--start", metavar="S", type=_seconds, help="leave out what is before, seconds after the span's start"
+        "--start", metavar="S", type=seconds, help="leave out what is before, seconds after the span's start"
     )
     parser.add_argument(
-        "--end", metavar="S", type=_seconds, help="leave out what is after, seconds after the span's start"
+        "--end", metavar="S", type=seconds, help="leave out what is after, seconds after the span's start"
     )
     return parser
 
 
 def _write_json(figures: Score, target: str) -> None:
     text = json.dumps(figures.as_json(), indent=2, allow_nan=False) + "\n"
-    if target == "-":
+    if target == STANDARD_OUTPUT:
         sys.stdout.write(text)
     else:
-        Path(target).write_text(text, encoding="utf-8")
+        files.write_text(Path(target), text)
 
 
 def _score(arguments: argparse.Namespace) -> Scored:
+    if arguments.json not in (None, STANDARD_OUTPUT):
+        files.expect_file(Path(arguments.json), "--json")
+    if arguments.plot is not None:
+        files.expect_file(arguments.plot, "--plot")
     start, end = arguments.start, arguments.end
     if start is not None and end is not None and end <= start:
         raise InputError(f"--end {end:g} is not after --start {start:g}")
@@ -111,13 +103,14 @@ def _score(arguments: argparse.Namespace) -> Scored:
 def _deliver(scored: Scored, arguments: argparse.Namespace) -> None:
     if arguments.json is not None:
         _write_json(scored.score, arguments.json)
-    if arguments.json != "-":
+    if arguments.json != STANDARD_OUTPUT:
         console = Console()
         table.show(scored.score, console if console.is_terminal else Console(width=table.WIDTH))
     if arguments.plot is not None:
         from plumb_tools.score import plot  # costs a second to load: only when a picture is wanted
 
-        plot.save(scored, arguments.plot)
+        with files.whole(arguments.plot) as unfinished:
+            plot.save(scored, unfinished)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -135,7 +128,7 @@ def main(argv: list[str] | None = None) -> int:
         scored = _score(arguments)
         _deliver(scored, arguments)
     except (InputError, OSError) as error:
-        print(f"score: {error}", file=sys.stderr)
+        print(f"score: {files.told(error)}", file=sys.stderr)
         return EXIT_BAD_INPUT
     return 0
 

@@ -75,7 +75,7 @@ def score(truth: Truth, estimate: Estimate, options: Options) -> Scored:
     start = -math.inf if options.start_s is None else options.start_s
     end = math.inf if options.end_s is None else options.end_s
     pairs = whole.select((whole.t_s >= start) & (whole.t_s <= end))
-    require_enough(len(pairs), len(estimate.trajectory))
+    require_enough(len(pairs), truth.trajectory, estimate.trajectory, options.max_time_diff_s)
 
     alignments = _alignments(pairs, options.alignment)
     truth_distance, est_distance = motion.distances(pairs)
@@ -118,7 +118,7 @@ def _alignments(pairs: Pairs, selected: str) -> dict[str, Alignment | None]:
 
 def _notes(truth: Truth, estimate: Estimate, whole: Pairs, alignments: dict[str, Alignment | None]) -> list[str]:
     """What the reader should know about this run before trusting a figure."""
-    notes = []
+    notes = list(estimate.notes)
     if alignments["se3"] is None:
         notes.append("SE(3) and Sim(3): the positions do not determine the alignment")
     first_s = seconds(estimate.trajectory.t_ns[:1], truth.span_ns[0])[0]

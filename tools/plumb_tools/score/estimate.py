@@ -7,6 +7,7 @@ velocity errors additive in W, attitude error local (R = R_hat Exp(dtheta)). Onl
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,6 +30,14 @@ from plumb_tools.trajectory import (
 TRAJECTORY_FILE = "trajectory.tum"
 STATES_FILE = "states.csv"
 COVARIANCE_FILE = "covariance.csv"
+SUMMARY_FILE = "summary.json"
+
+#: What a replay came to whose filter gave no state, and why that is when it was flown without range.
+NEVER_STARTED = "never started"
+WITHOUT_RANGE = (
+    "without range, only a standstill or enough acceleration tells the scale, "
+    "and the filter gives no state rather than a wrong one"
+)
 
 #: trajectory.tum may be written with microseconds only: a stamp of the csv files this near is the same instant.
 SAME_INSTANT_NS = 1_000
@@ -70,10 +79,11 @@ class Estimate:
     trajectory: Trajectory
     covariances: Covariances | None
     reset_count: IntArray  #: (N,) re-initialisations so far; position and yaw start anew at each
+    notes: tuple[str, ...] = ()  #: what the reader should know about how it was read
 
 
 def read_estimate(path: Path) -> Estimate:
-    """Estimate from a TUM file or from an output folder of plumb-replay."""
+    """Estimate from a TUM file or from an output folder of plumb-replay, given itself or by its trajectory.tum."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.is_dir():
@@ -81,11 +91,43 @@ def read_estimate(path: Path) -> Estimate:
     first = read_text(path).split("\n", 1)[0]
     if "," in first:
         raise InputError(f"{path}:1: looks like csv; the estimate must be a TUM file or a folder of plumb-replay")
+    alone = _read_alone(path)
+    return alone if path.name != TRAJECTORY_FILE else _with_what_lies_beside(path, alone)
+
+
+def _read_alone(path: Path) -> Estimate:
     trajectory = read_tum(path)
     return Estimate(trajectory, None, np.zeros(len(trajectory), dtype=np.int64))
 
 
+def _with_what_lies_beside(path: Path, alone: Estimate) -> Estimate:
+    """The trajectory of a replay with the states and covariances of the same replay, where they are."""
+    files = (SUMMARY_FILE, STATES_FILE, COVARIANCE_FILE)
+    if not all((path.parent / name).is_file() for name in files):
+        return alone
+    beside = f"{STATES_FILE} and {COVARIANCE_FILE} beside {path}"
+    try:
+        whole = _read_replay_folder(path.parent)
+    except InputError as error:
+        return replace(alone, notes=(f"{beside} are left out, they do not belong to it: {error}",))
+    return replace(whole, notes=(f"{beside} are of the same replay and read with it, as the whole folder would be",))
+
+
+def never_started(folder: Path) -> str | None:
+    """Says so when a replay gave no state at all; None when it gave one, or when its summary cannot be read."""
+    try:
+        summary = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
+        if summary["images_valid"] > 0:
+            return None
+        reason = f"{NEVER_STARTED}: none of {summary['images_processed']} images has a state"
+        return reason if summary["inputs"]["ranges"] > 0 else f"{reason}; {WITHOUT_RANGE}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
 def _read_replay_folder(folder: Path) -> Estimate:
+    if (reason := never_started(folder)) is not None:
+        raise InputError(f"{folder}: {reason}; expected a replay with a state")
     for name in (TRAJECTORY_FILE, STATES_FILE, COVARIANCE_FILE):
         if not (folder / name).exists():
             raise InputError(

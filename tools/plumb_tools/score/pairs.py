@@ -107,7 +107,7 @@ def associate(truth: Truth, estimate: Estimate, max_time_diff_s: float) -> Pairs
     index = index[(est_s[index] >= truth_s[0] - END_TOLERANCE_S) & (est_s[index] <= truth_s[-1] + END_TOLERANCE_S)]
     if index.size == 0:
         raise _no_overlap(true, est, max_time_diff_s)
-    require_enough(index.size, len(est))
+    require_enough(index.size, true, est, max_time_diff_s)
     t_s = est_s[index]
     at = _evo_trajectory(truth_s, true.p_m, true.rotation).interpolate(t_s)
     return Pairs(
@@ -123,9 +123,10 @@ def associate(truth: Truth, estimate: Estimate, max_time_diff_s: float) -> Pairs
     )
 
 
-def require_enough(pairs: int, poses: int) -> None:
+def require_enough(pairs: int, truth: Trajectory, est: Trajectory, max_time_diff_s: float) -> None:
     """Refuses what is too little to score."""
     if pairs < MIN_PAIRS:
         raise InputError(
-            f"{pairs} of {poses} estimated poses can be compared with the truth; at least {MIN_PAIRS} are needed"
+            f"{est.name}: {pairs} of {len(est)} poses can be compared with {truth.name}; expected at least {MIN_PAIRS} "
+            f"poses within {max_time_diff_s:g} s of a true one (--max-time-diff) and within --start and --end"
         )

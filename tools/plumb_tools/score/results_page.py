@@ -106,7 +106,7 @@ def _scene_text(result: SceneResults) -> list[str]:
         lines += ["", *textwrap.wrap(" ".join(sentences), LINE_WIDTH)]
     for outcome in result.outcomes:
         for name, why in outcome.reasons.items():
-            lines += ["", f"Seed {outcome.seed}, {name}: no solution ({_one_line(why)})."]
+            lines += ["", *textwrap.wrap(f"Seed {outcome.seed}, {name}: {_one_line(why)}.", LINE_WIDTH)]
     return [*lines, ""]
 
 

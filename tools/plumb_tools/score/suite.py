@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +11,12 @@ from typing import Any
 
 from rich.console import Console
 
+from plumb_tools import files
+from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
 from plumb_tools.demo.process import StepFailed, Steps
-from plumb_tools.demo.results import Outcome, terminal_table
+from plumb_tools.demo.results import Outcome, footnotes, terminal_table
 from plumb_tools.score.results_page import SceneResults, markdown
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
@@ -30,7 +33,8 @@ TABLE_WIDTH = 128
 
 DESCRIPTION = """\
 Builds, simulates every scene with several seeds, flies each flight with the range finder and without, scores both,
-and writes the means and the worst values as Markdown. It can be stopped and goes on where it was. Flights are kept in
+and writes the means and the worst values as Markdown. Some of the scenes are only printed unless --out names a file:
+docs/results.md has them all. It can be stopped and goes on where it was. Flights are kept in
 build/flights and used again while scene, seed and simulator are the same, so that a changed estimator only flies them
 anew; they take 5 MB per second of flight."""
 
@@ -38,10 +42,11 @@ EXAMPLES = """\
 examples:
   tools/score --suite                                      all scenes, 5 seeds each, into docs/results.md
   tools/score --suite --scenes outdoor,indoor --seeds 10
-  tools/score --suite --scenes outdoor:5,indoor:5,hover:1  seeds scene by scene
+  tools/score --suite --scenes outdoor:5,hover --seeds 1   seeds scene by scene: 5 of outdoor, 1 of hover
   tools/score --suite --seeds 1 --discard --out /tmp/results.md
 
-exit codes: 0 written, 1 a step failed, 2 bad input, 130 interrupted"""
+exit codes: 0 done, 1 a step failed, 2 bad input, 130 interrupted"""
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -49,13 +54,6 @@ class Wanted:
 
     scene: Scene
     seeds: int
-
-
-def _seeds(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError("must be at least 1")
-    return value
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -67,8 +65,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--suite", action="store_true", required=True, help="this help is about the suite")
     parser.add_argument("--scenes", metavar="A,B:N", help="scenes by name or file (default: all of tools/scenes)")
-    parser.add_argument("--seeds", metavar="N", type=_seeds, default=DEFAULT_SEEDS, help="default: %(default)s")
-    parser.add_argument("--out", metavar="FILE", type=Path, default=ROOT / DEFAULT_OUT, help=f"default: {DEFAULT_OUT}")
+    parser.add_argument("--seeds", metavar="N", type=whole_number(1), default=DEFAULT_SEEDS, help="default: %(default)s")
+    parser.add_argument("--out", metavar="FILE", type=Path, help=f"default, of all scenes: {DEFAULT_OUT}")
     parser.add_argument("--discard", action="store_true", help="delete each flight once it is scored")
     parser.add_argument(
         "--work", metavar="DIR", type=Path, default=ROOT / DEFAULT_WORK, help=f"replays; default: {DEFAULT_WORK}"
@@ -78,13 +76,27 @@ def _parser() -> argparse.ArgumentParser:
 
 def wanted(scenes: str | None, seeds: int) -> list[Wanted]:
     """What `--scenes` and `--seeds` ask for."""
-    found = []
+    found: dict[str, Wanted] = {}
     for item in scene_file.names() if scenes is None else scenes.split(","):
         name, colon, count = item.partition(":")
         if colon and not (count.isdecimal() and int(count) > 0):
             raise InputError(f"--scenes {item}: expected a number of seeds, at least 1, after the colon")
-        found.append(Wanted(pipeline.find_scene(name), int(count) if colon else seeds))
-    return found
+        try:
+            scene = pipeline.find_scene(name)
+        except InputError as error:
+            raise InputError(f"--scenes: {error}") from None
+        if scene.name in found:  # flights and figures are kept by this name
+            raise InputError(f"--scenes {scenes}: {scene.name} stands there twice; expected every scene once")
+        found[scene.name] = Wanted(scene, int(count) if colon else seeds)
+    return list(found.values())
+
+
+def _page_file(out: Path | None, items: list[Wanted]) -> Path | None:
+    """Where the page goes; None when it is only printed, because a part of the scenes is not the project's results."""
+    if out is not None:
+        return out
+    chosen = {item.scene.file for item in items}
+    return ROOT / DEFAULT_OUT if chosen == {scene_file.find(name) for name in scene_file.names()} else None
 
 
 def _result_key(scene: Scene, seed: int) -> dict[str, Any]:
@@ -107,7 +119,8 @@ def fly_one(steps: Steps, scene: Scene, seed: int, folders: Folders, discard: bo
     flight = pipeline.simulate(steps, scene, seed, folders.log("simulate"))
     pipeline.fly(steps, f"{scene.name}, seed {seed}", flight, folders)
     outcome = pipeline.judge(scene.name, seed, flight, folders)
-    pipeline.write_json(folders.base / RESULT_FILE, {"key": key, "outcome": outcome.as_json()})
+    result = {"key": key, "outcome": outcome.as_json()}
+    files.write_text(folders.base / RESULT_FILE, json.dumps(result, indent=2) + "\n")
     if discard:
         kept.remove(flight)
     return outcome
@@ -117,6 +130,10 @@ def _suite(arguments: argparse.Namespace, console: Console) -> None:
     steps = Steps(console)
     results = []
     items = wanted(arguments.scenes, arguments.seeds)
+    page = _page_file(arguments.out, items)
+    if page is not None:
+        files.expect_file(page, "--out")
+    files.expect_folder(arguments.work, "--work")
     pipeline.build(steps, arguments.work)
     for item in items:
         outcomes = []
@@ -124,12 +141,17 @@ def _suite(arguments: argparse.Namespace, console: Console) -> None:
             folders = Folders(arguments.work / item.scene.name / f"seed-{seed}")
             outcomes.append(fly_one(steps, item.scene, seed, folders, arguments.discard))
         console.print(terminal_table(outcomes, console.width))
+        for line in footnotes(outcomes):
+            console.print(line, highlight=False, markup=False)
         results.append(SceneResults(item.scene, outcomes))
     options = "" if arguments.scenes is None else f" --scenes {arguments.scenes}"
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    command = f"tools/score --suite{options} --seeds {arguments.seeds}"
-    arguments.out.write_text(markdown(results, command), encoding="utf-8")
-    console.print(f"score: {arguments.out}", highlight=False, soft_wrap=True)
+    text = markdown(results, f"tools/score --suite{options} --seeds {arguments.seeds}")
+    if page is None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+        console.print(f"score: not all scenes, {DEFAULT_OUT} stays as it is; --out FILE writes a page of these")
+    else:
+        files.write_text(page, text)
+        console.print(f"score: {page}", highlight=False, soft_wrap=True)
 
 
 def main(argv: list[str]) -> int:
@@ -142,7 +164,7 @@ def main(argv: list[str]) -> int:
         print(f"score: {error}", file=sys.stderr)
         return EXIT_FAILED
     except (InputError, OSError) as error:
-        print(f"score: {error}", file=sys.stderr)
+        print(f"score: {files.told(error)}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt:
         print("score: interrupted; the same command goes on where it was", file=sys.stderr)

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from concurrent.futures import BrokenExecutor
+from contextlib import nullcontext
 from pathlib import Path
 from types import FrameType
 
@@ -21,6 +22,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from plumb_tools import files, heartbeat
+from plumb_tools.arguments import positive_seconds, whole_number
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
 
@@ -48,13 +51,6 @@ examples:
 exit codes: 0 flown, 2 bad input, 130 interrupted (nothing is left behind)"""
 
 
-def _positive_seconds(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < 1e6:
-        raise argparse.ArgumentTypeError("must be positive")
-    return value
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="simulate",
@@ -64,9 +60,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("scene", metavar="SCENE", nargs="?")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write (default: build/flights/SCENE-SEED)")
-    parser.add_argument("--seed", metavar="N", type=scene_file.seed, default=0, help="of what is random (default: 0)")
+    parser.add_argument("--seed", metavar="N", type=whole_number(0), default=0, help="of what is random (default: 0)")
     parser.add_argument("--textures", metavar="DIR", type=Path, help="your own pictures for materials and ground")
-    parser.add_argument("--duration", metavar="S", type=_positive_seconds, help="fly only the first S seconds")
+    parser.add_argument("--duration", metavar="S", type=positive_seconds, help="fly only the first S seconds")
     parser.add_argument("--list", action="store_true", help="list the scenes and exit")
     parser.add_argument("--no-log", action="store_true", help="leave out the LCM log of raw device bytes")
     return parser
@@ -86,7 +82,7 @@ class _Bar:
     def __init__(self) -> None:
         console = Console(stderr=True)
         self._drawn = console.is_terminal
-        self._told = 0
+        self._told, self._told_at_s = 0, time.monotonic()
         self._progress = Progress(
             TextColumn("{task.description:28}"),
             BarColumn(),
@@ -99,12 +95,16 @@ class _Bar:
         )
         self._task: TaskID | None = None
         self._step = ""
+        self._state = "starting"
+        self._life = nullcontext() if self._drawn else heartbeat.every(heartbeat.PERIOD_S / 4.0, self._go_on)
 
     def __enter__(self) -> _Bar:
         self._progress.start()
+        self._life.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._life.__exit__(None, None, None)
         if self._task is not None:
             self._progress.remove_task(self._task)
         self._progress.stop()
@@ -124,8 +124,18 @@ class _Bar:
         """A line at the start of a step and at every other percent of it: the demo makes its bar of these."""
         part = 50 * done // total if total else 0
         if step != self._step or part != self._told:
-            print(f"simulate: {step}{f', {done} of {total}' if total else ''}", file=sys.stderr, flush=True)
+            self._state = f"{step}{f', {done} of {total}' if total else ''}"
+            self._line(self._state)
         self._told = part
+
+    def _go_on(self, seconds: float) -> None:
+        """The last line again when there was none for long: some steps do not know how far they are."""
+        if time.monotonic() - self._told_at_s >= heartbeat.PERIOD_S:
+            self._line(f"{self._state}, {seconds:.0f} s since the start")
+
+    def _line(self, text: str) -> None:
+        self._told_at_s = time.monotonic()
+        print(f"simulate: {text}", file=sys.stderr, flush=True)
 
 
 def _simulate(arguments: argparse.Namespace) -> None:
@@ -140,6 +150,9 @@ def _simulate(arguments: argparse.Namespace) -> None:
     if kept.holds(target, wanted):
         print(f"{target}: there already")
         return
+    if (damage := kept.damage(target, wanted)) is not None:
+        print(f"simulate: {target}: {damage}; simulated anew", file=sys.stderr)
+    kept.expect_replaceable(target)
     software = renderer.software_renderer()
     if software is not None:
         print(f"simulate: no GPU, drawing in software ({software})", file=sys.stderr)
@@ -193,7 +206,7 @@ def main(argv: list[str] | None = None) -> int:
             print(f"simulate: {line}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:
-        print(f"simulate: {error}; nothing is left behind", file=sys.stderr)
+        print(f"simulate: {files.told(error)}; nothing is left behind", file=sys.stderr)
         return EXIT_BAD_INPUT
     return 0
 

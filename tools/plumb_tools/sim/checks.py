@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from plumb_tools.sim import lens as lens_model
 from plumb_tools.sim.motion import Trajectory
 from plumb_tools.sim.raycast import RayCaster
 from plumb_tools.sim.rig import rig
-from plumb_tools.sim.scene import Scene
+from plumb_tools.sim.scene import Gusts, Scene
 from plumb_tools.sim.scene_file import SceneFaults
 from plumb_tools.sim.schema import Faults, said
 
@@ -19,6 +20,14 @@ _LEAST_HEIGHT_M = 0.05
 _WIDEST = 4.0  #: half width in the normalised plane that a single pinhole image can still cover
 _MAX_MAP_PX = 12000
 
+# What no drone of the size that carries these sensors flies: a faster flight is a slip in the scene file.
+MAX_SPEED_M_S = 50.0
+MAX_ACCELERATION_M_S2 = 100.0
+MAX_TURN_DEG_S = 1000.0
+#: Instants of each segment that are looked at: the fastest sway is 5 Hz, and the peak of a move is not missed.
+_MOTION_PERIOD_S = 0.02
+_MOTION_INSTANTS = 200
+
 
 def check_values(scene: Scene, path: Path) -> None:
     """Combinations of values that make no sense."""
@@ -26,6 +35,8 @@ def check_values(scene: Scene, path: Path) -> None:
     _check_camera(scene, faults)
     _check_ground(scene, faults)
     _check_times(scene, faults)
+    if not faults:  # the motion follows from values that are good one by one
+        _check_motion(scene, faults)
     if faults:
         raise SceneFaults(path, faults)
 
@@ -74,6 +85,24 @@ def _check_times(scene: Scene, faults: Faults) -> None:
     if scene.sensors.lrf.max_range_m <= scene.sensors.lrf.min_range_m:
         expected = f"more than min_range_m, {scene.sensors.lrf.min_range_m:g} m"
         faults.add("sensors.lrf.max_range_m", scene.sensors.lrf.max_range_m, expected)
+
+
+def _check_motion(scene: Scene, faults: Faults) -> None:
+    """What a segment asks for must be something that flies. Gusts come on top and have limits of their own."""
+    trajectory = Trajectory(replace(scene.trajectory, gusts=Gusts()), scene.scene.gravity_m_s2, seed=0)
+    start_s = 0.0
+    for number, segment in enumerate(scene.trajectory.segments):
+        count = max(_MOTION_INSTANTS, round(segment.duration_s / _MOTION_PERIOD_S))
+        motion = trajectory.at(start_s + np.linspace(0.0, segment.duration_s, count + 1))
+        start_s += segment.duration_s
+        for what, fastest, limit, unit in (
+            ("its speed", np.linalg.norm(motion.v_WI_m_s, axis=1).max(), MAX_SPEED_M_S, "m/s"),
+            ("its acceleration", np.linalg.norm(motion.a_WI_m_s2, axis=1).max(), MAX_ACCELERATION_M_S2, "m/s^2"),
+            ("its rate of turn", np.degrees(np.linalg.norm(motion.omega_I_rad_s, axis=1).max()), MAX_TURN_DEG_S, "deg/s"),
+        ):
+            if fastest > limit:
+                found = said(f"{segment.TAG} within {segment.duration_s:g} s takes {what} to {fastest:.3g} {unit}")
+                faults.add(f"trajectory.segments[{number}]", found, f"at most {limit:g} {unit}, as fast as a drone can be")
 
 
 def check_path(scene: Scene, caster: RayCaster, seed: int, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Flights that are there already: what a flight was made from, and whether a folder holds just that flight."""
+"""Flights that are there already: what a flight was made from, and whether a folder holds just that flight, whole."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+from plumb_tools import files
 from plumb_tools.sim import world
 from plumb_tools.sim.digest import digest, sources_digest
 from plumb_tools.sim.scene import Scene
 from plumb_tools.sim.schema import as_plain
 from plumb_tools.trajectory import InputError
 
-#: Written into every flight: what it was made from.
+#: Written into every flight: what it was made from, the size of every file, and a digest of its tables.
 FILE = "simulated.json"
+SIZES, TABLES = "sizes", "tables"
+_TABLE_SUFFIXES = (".csv", ".yaml")
 
 SOURCES = Path(__file__).resolve().parent
 #: These read and refuse scenes and say where things are kept; what a flight looks like is not in them.
@@ -59,8 +63,8 @@ def origin(scene: Scene, seed: int, duration_s: float | None, textures: Path | N
     for text in ("summary", "shows"):  # for people, changes nothing in a flight
         del content["scene"][text]
     pictures = world.find_pictures(textures)
-    files = [*sorted(pictures.materials.values()), *pictures.orthophotos]
-    looks = [part for file in files for part in (file.name.encode(), file.read_bytes())]
+    looked_at = [*sorted(pictures.materials.values()), *pictures.orthophotos]
+    looks = [part for file in looked_at for part in (file.name.encode(), file.read_bytes())]
     return Origin(
         scene=digest(json.dumps(content, sort_keys=True).encode()),
         seed=seed,
@@ -73,15 +77,56 @@ def origin(scene: Scene, seed: int, duration_s: float | None, textures: Path | N
 
 def holds(folder: Path, wanted: Origin) -> bool:
     """Whether a folder holds a flight of this origin, whole."""
+    return _is_of(folder, wanted) and _damage(folder) is None
+
+
+def damage(folder: Path, wanted: Origin) -> str | None:
+    """What is not as it was written in a flight of this origin, in a line; None when all is, or it is another flight."""
+    return _damage(folder) if _is_of(folder, wanted) else None
+
+
+def _note(folder: Path) -> dict[str, Any]:
+    note = json.loads((folder / FILE).read_text(encoding="utf-8"))
+    if not isinstance(note, dict):
+        raise TypeError(f"{FILE} holds no keys")
+    return note
+
+
+def _is_of(folder: Path, wanted: Origin) -> bool:
     try:
-        return Origin(**json.loads((folder / FILE).read_text(encoding="utf-8"))).serves(wanted)
+        made_from = {key: value for key, value in _note(folder).items() if key not in (SIZES, TABLES)}
+        return Origin(**made_from).serves(wanted)
     except (OSError, ValueError, TypeError):
         return False
 
 
+def _tables_digest(folder: Path, names: list[str]) -> str:
+    tables = sorted(name for name in names if name.endswith(_TABLE_SUFFIXES))
+    return digest(*(part for name in tables for part in (name.encode(), (folder / name).read_bytes())))
+
+
+def _damage(folder: Path) -> str | None:
+    """Files that came later are no matter."""
+    note = _note(folder)
+    if SIZES not in note:  # from before sizes were noted
+        return None
+    for name, size in note[SIZES].items():
+        file = folder / name
+        if not file.is_file():
+            return f"{name} is missing"
+        if (found := file.stat().st_size) != size:
+            return f"{name} has {found} bytes, {size} were written"
+    if _tables_digest(folder, list(note[SIZES])) != note.get(TABLES):
+        return "a table is not the one that was written"
+    return None
+
+
 def mark(folder: Path, made_from: Origin) -> None:
-    """Notes the origin of the flight in a folder."""
-    (folder / FILE).write_text(json.dumps(vars(made_from), indent=2) + "\n", encoding="utf-8")
+    """Notes the origin of the flight in a folder, and what is in it: the last thing to be done there."""
+    written = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != FILE)
+    sizes = {path.relative_to(folder).as_posix(): path.stat().st_size for path in written}
+    note = {**vars(made_from), TABLES: _tables_digest(folder, list(sizes)), SIZES: sizes}
+    (folder / FILE).write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
 
 
 def remove(flight: Path) -> None:
@@ -90,12 +135,18 @@ def remove(flight: Path) -> None:
     shutil.rmtree(flight)
 
 
+def expect_replaceable(target: Path) -> None:
+    """Refuses a place for a flight that holds something else or cannot be written to."""
+    if target.exists() and not (target.is_dir() and (not any(target.iterdir()) or (target / FILE).exists())):
+        raise InputError(f"{target}: exists and is not a simulated flight; --out takes a new or an empty folder")
+    files.expect_folder(target, "--out")
+
+
 @contextmanager
 def whole_or_nothing(target: Path) -> Iterator[Path]:
     """A folder to write to that becomes `target` at the end, or goes away when anything goes wrong."""
     partial = target.with_name(target.name + ".partial")
-    if target.exists() and not (target.is_dir() and (not any(target.iterdir()) or (target / FILE).exists())):
-        raise InputError(f"{target}: exists and is not a simulated flight; expected a new or an empty folder")
+    expect_replaceable(target)
     partial.mkdir(parents=True, exist_ok=True)
     lock = os.open(partial, os.O_RDONLY)
     try:

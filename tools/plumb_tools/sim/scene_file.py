@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 from pathlib import Path
 
@@ -66,14 +65,6 @@ def find(name: str) -> Path:
     if not built_in.exists():
         raise InputError(f"{name}: no such scene; expected one of {', '.join(names())}, or a .yaml file")
     return built_in
-
-
-def seed(text: str) -> int:
-    """A seed as it is given on a command line."""
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError("must not be negative")
-    return value
 
 
 def flight_folder(path: Path, seed: int) -> Path:

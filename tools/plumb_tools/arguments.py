@@ -1,0 +1,47 @@
+"""Values on a command line: what argparse is to say of a bad one."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+
+
+def _finite(text: str, expected: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r}; expected {expected}")
+    return value
+
+
+def seconds(text: str) -> float:
+    """A time, of either sign."""
+    return _finite(text, "a number of seconds")
+
+
+def positive_seconds(text: str) -> float:
+    """A length of time."""
+    expected = "a positive number of seconds"
+    value = _finite(text, expected)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r}; expected {expected}")
+    return value
+
+
+def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:
+    """Reads a whole number within limits, both included."""
+    expected = f"a whole number of at least {low}" if high is None else f"a whole number from {low} to {high}"
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if value < low or (high is not None and value > high):
+            raise argparse.ArgumentTypeError(f"{text!r}; expected {expected}")
+        return value
+
+    return read
