@@ -31,21 +31,30 @@ const NavTick& NavSystem<Config>::step(const InputFrame& input, const ImageView*
     waiting_ = false;
     process(waiting_frame_);
   }
-  if (input.has_camera) accept_image(input.camera, image);
+  if (input.has_camera) accept_image(input, image);
   return tick_;
 }
 
 // Total order within the tick: by time, at equal times the IMU before the range. The record holds each kind in order.
+// One wrong stamp far ahead would make all that follow it look late, so it goes no further.
 template <class Config>
 void NavSystem<Config>::add_samples(const InputFrame& input) {
+  const auto ahead = [this, &input](Time t) {
+    if (t <= input.t) return false;
+    ++counters_.samples_ahead;
+    return true;
+  };
   std::size_t next_range = 0;
+  const auto add_next_range = [&] {
+    const RangeSample& range = input.range[next_range++];
+    if (!ahead(range.t)) static_cast<void>(estimator_.add_range(range));  // a refusal is in the estimator's counters
+  };
   for (const ImuSample& sample : input.imu) {
-    while (next_range < input.range.size() && input.range[next_range].t < sample.t) {
-      static_cast<void>(estimator_.add_range(input.range[next_range++]));  // a refusal is in the estimator's counters
-    }
+    if (ahead(sample.t)) continue;
+    while (next_range < input.range.size() && input.range[next_range].t < sample.t) add_next_range();
     add_imu(sample);
   }
-  while (next_range < input.range.size()) static_cast<void>(estimator_.add_range(input.range[next_range++]));
+  while (next_range < input.range.size()) add_next_range();
 }
 
 template <class Config>
@@ -62,10 +71,11 @@ void NavSystem<Config>::add_imu(const ImuSample& sample) {
 }
 
 template <class Config>
-void NavSystem<Config>::accept_image(const CameraReference& camera, const ImageView* image) {
+void NavSystem<Config>::accept_image(const InputFrame& input, const ImageView* image) {
+  const CameraReference& camera = input.camera;
   ++counters_.frames;
-  if (image == nullptr || image->pixels == nullptr || image->width <= 0 || image->height <= 0 ||
-      image->width > static_cast<std::int32_t>(Config::kMaxImageWidth) ||
+  if (camera.t_exposure_mid > input.t || image == nullptr || image->pixels == nullptr || image->width <= 0 ||
+      image->height <= 0 || image->width > static_cast<std::int32_t>(Config::kMaxImageWidth) ||
       image->height > static_cast<std::int32_t>(Config::kMaxImageHeight) || image->stride < image->width) {
     ++counters_.frames_refused;
     return;
@@ -107,6 +117,7 @@ void NavSystem<Config>::process(const CameraFrame& frame) {
     ++counters_.frames_refused;
     return;
   }
+  features_.sequence = next_image_++;
   tick_.image_processed = true;
   tick_.t_image = frame.t_exposure_mid;
   tick_.image_sequence = frame.sequence;

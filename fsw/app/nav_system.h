@@ -64,7 +64,7 @@ class NavSystem {
  private:
   void add_samples(const InputFrame& input);
   void add_imu(const ImuSample& sample);
-  void accept_image(const CameraReference& camera, const ImageView* image);
+  void accept_image(const InputFrame& input, const ImageView* image);
   void keep_waiting(const CameraFrame& frame);
   void process(const CameraFrame& frame);
 
@@ -75,6 +75,7 @@ class NavSystem {
   Frame features_;
   NavTick tick_;
   Time t_last_tick_ = Time::never();
+  std::uint32_t next_image_ = 0;  ///< own count: a camera that restarts begins its own anew
   NavSystemCounters counters_;
 
   bool waiting_ = false;

@@ -10,7 +10,6 @@
 namespace plumb {
 namespace {
 
-constexpr double kAidingTimeout = 0.5;                // s without images: inertial; twice that without ranges: VIO
 constexpr double kKeptImu = kMaxStartWindow_s + 0.5;  // s of samples behind the horizon, for stillness and starting
 
 bool finite(const std::array<double, 3>& v) {
@@ -45,7 +44,7 @@ void Estimator<Config>::reset() {
   last_range_t_ = Time::never();
   last_ranged_track_t_ = Time::never();
   last_range_sample_t_ = Time::never();
-  last_range_depth_m_ = 0.0;
+  range_depths_m_.clear();
   const std::uint32_t resets = nav_.reset_count + 1;
   nav_ = {};
   nav_.reset_count = resets;
@@ -196,8 +195,12 @@ DepthPrior Estimator<Config>::depth_prior() const {
 template <class Config>
 double Estimator<Config>::recent_range_depth_m() const {
   const bool recent =
-      last_range_sample_t_ != Time::never() && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout;
-  return recent ? last_range_depth_m_ : 0.0;
+      last_range_sample_t_ != Time::never() && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout_s;
+  if (!recent) return 0.0;
+  if (!range_depths_m_.full()) return range_depths_m_.back();
+  const double a = range_depths_m_[0];  // the median: one false echo says nothing of the scene
+  const double b = range_depths_m_[1];
+  return std::clamp(range_depths_m_[2], std::min(a, b), std::max(a, b));
 }
 
 template <class Config>
@@ -226,8 +229,8 @@ void Estimator<Config>::publish(bool visual, Time t) {
   };
   nav_.t = state_.t;
   nav_.valid = true;
-  const bool vision = within(last_visual_t_, kAidingTimeout) || standing_;
-  const bool range = within(last_range_t_, 2.0 * kAidingTimeout);
+  const bool vision = within(last_visual_t_, kAidingTimeout_s) || standing_;
+  const bool range = within(last_range_t_, 2.0 * kAidingTimeout_s);
   nav_.mode = !vision ? NavMode::kInertial : (range ? NavMode::kRangeVio : NavMode::kVio);
   const KinematicState& m = state_.core.motion;
   Eigen::Map<Vec3>(nav_.p_WI_m.data()) = m.p_WI_m;

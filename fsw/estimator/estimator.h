@@ -59,8 +59,9 @@ class Estimator {
   const FixedVector<SlamFeature, Config::kMaxSlamFeatures>& slam_features() const { return state_.features; }
   const EstimatorCounters& counters() const { return counters_; }
   /// 64-bit hash over all that is carried from image to image once the filter runs, every bit of it: the nominal state,
-  /// the whole covariance, the tracks, what is remembered of ranges. Two estimators that agree in it and are given the
-  /// same from now on agree for ever. Samples that wait to be used are not in it: when they arrive does not matter.
+  /// the whole covariance, the tracks, what is remembered of ranges, images and IMU samples. Two estimators that agree
+  /// in it and are given the same from now on agree for ever. Samples that wait to be used are not in it: when they
+  /// arrive does not matter.
   std::uint64_t state_hash() const {
     Hash64 h;
     h.add(state_.hash());
@@ -71,7 +72,9 @@ class Estimator {
     h.add(std::uint64_t{standing_ ? 1U : 0U});
     tracks_.add_to(h);
     range_.add_to(h);
-    h.add(last_range_depth_m_);
+    image_stillness_.add_to(h);
+    imu_.add_to(h, state_.t);
+    h.add(range_depths_m_.data(), range_depths_m_.size());
     for (const Time t : {last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_})
       h.add(static_cast<std::uint64_t>(t.ns()));
     return h.value();
@@ -139,7 +142,7 @@ class Estimator {
   Time last_range_t_;         ///< the last range, or image with a ranged track, that was used
   Time last_ranged_track_t_;  ///< the last image whose tracks made use of a range
   Time last_range_sample_t_;
-  double last_range_depth_m_ = 0.0;  ///< along the optical axis; zero: none yet
+  FixedVector<double, 3> range_depths_m_;  ///< of the last ranges, along the optical axis, oldest first
 
   NavState nav_;
   FrameReport report_;

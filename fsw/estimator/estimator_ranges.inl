@@ -11,6 +11,8 @@
 
 namespace plumb {
 
+inline constexpr double kAidingTimeout_s = 0.5;  // without images: inertial; twice that without ranges: VIO
+
 template <class Config>
 Status Estimator<Config>::add_range(const RangeSample& sample) {
   ++counters_.ranges;
@@ -146,7 +148,11 @@ template <class Config>
 RangeSample Estimator<Config>::take_range() {
   const RangeSample range = ranges_.front();
   ranges_.erase(0);
-  last_range_depth_m_ = calibration_.impact_C_m(range.range_m).z();
+  const bool silent =
+      last_range_sample_t_ == Time::never() || (range.t - last_range_sample_t_).seconds() > kAidingTimeout_s;
+  if (silent) range_depths_m_.clear();  // what was below then may be far away by now
+  if (range_depths_m_.full()) range_depths_m_.erase(0);
+  static_cast<void>(range_depths_m_.push_back(calibration_.impact_C_m(range.range_m).z()));
   last_range_sample_t_ = range.t;
   return range;
 }

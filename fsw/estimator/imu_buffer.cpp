@@ -47,6 +47,14 @@ InertialRates ImuBuffer::rates_at(Time t, std::size_t next) const {
   return {ra.gyro_rad_s + s * (rb.gyro_rad_s - ra.gyro_rad_s), ra.accel_m_s2 + s * (rb.accel_m_s2 - ra.accel_m_s2)};
 }
 
+void ImuBuffer::add_to(Hash64& hash, Time until) const {
+  for (std::size_t i = 0; i < count_ && at(i).t <= until; ++i) {
+    hash.add(static_cast<std::uint64_t>(at(i).t.ns()));
+    hash.add(at(i).gyro_rad_s.data(), at(i).gyro_rad_s.size());
+    hash.add(at(i).accel_m_s2.data(), at(i).accel_m_s2.size());
+  }
+}
+
 ImuStatistics ImuBuffer::statistics(Time from, Time to) const {
   ImuStatistics out;
   Vec3 gyro2 = Vec3::Zero();

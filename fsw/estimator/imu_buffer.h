@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "fsw/base/hash.h"
 #include "fsw/base/status.h"
 #include "fsw/base/time.h"
 #include "fsw/math/strapdown.h"
@@ -53,6 +54,8 @@ class ImuBuffer {
     }
   }
 
+  /// Adds the samples at or before `until` to a hash.
+  void add_to(Hash64& hash, Time until) const;
   /// Over the samples in [from, to].
   ImuStatistics statistics(Time from, Time to) const;
 

@@ -67,7 +67,6 @@ class MotionStart {
   Result<StartSolution> solve(const StartProblem& problem, const ImuBuffer& imu);
 
  private:
-  static constexpr std::size_t kMaxStations = kMaxStartImages + kMaxStartRanges;
   static constexpr std::size_t kMaxUnknowns = kCoreSize + kMaxStartFeatures;
 
   /// Where the camera was at an image or range, and how that depends on the core error at the start.

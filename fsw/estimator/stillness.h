@@ -69,6 +69,20 @@ class ImageStillness {
     return evidence_;
   }
 
+  /// Adds all that the next update() depends on to a hash.
+  void add_to(Hash64& hash) const {
+    hash.add(std::uint64_t{evidence_.still ? 1U : 0U});
+    hash.add(evidence_.max_flow_per_s);
+    hash.add(std::uint64_t{has_reference_ ? 1U : 0U});
+    if (!has_reference_) return;
+    hash.add(static_cast<std::uint64_t>(reference_.t.ns()));
+    for (const FeatureObservation& seen : reference_.observations) {
+      hash.add(std::uint64_t{seen.track_id});
+      hash.add(seen.x);
+      hash.add(seen.y);
+    }
+  }
+
  private:
   /// Both frames are in order of id.
   std::size_t compare(const FeatureFrame<MaxTracks>& frame) {

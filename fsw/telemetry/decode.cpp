@@ -135,7 +135,8 @@ Status decode(MessageBytes bytes, CameraCalibration& camera, SensorCalibration& 
   const Quat q_IC(message.q_IC[0], message.q_IC[1], message.q_IC[2], message.q_IC[3]);
   const Vec3 u_C(message.u_C[0], message.u_C[1], message.u_C[2]);
   constexpr double kUnit = 1e-9;  // both were normalised when they were written
-  if (!finite || std::abs(q_IC.norm() - 1.0) > kUnit || std::abs(u_C.norm() - 1.0) > kUnit) {
+  const bool positive = message.focal_px > 0.0 && message.half_fov_x > 0.0 && message.half_fov_y > 0.0;
+  if (!finite || !positive || std::abs(q_IC.norm() - 1.0) > kUnit || std::abs(u_C.norm() - 1.0) > kUnit) {
     return Status::kInvalidValue;
   }
   CameraCalibration read_camera{.width = message.width,
@@ -174,6 +175,12 @@ Status decode(MessageBytes bytes, ParamsRecord& params) {
 Status decode_truth(MessageBytes bytes, NavState& truth) {
   truth_t message{};
   if (!read(bytes, message)) return Status::kInvalidValue;
+  const double norm =
+      std::hypot(std::hypot(message.q_WI[0], message.q_WI[1]), std::hypot(message.q_WI[2], message.q_WI[3]));
+  constexpr double kUnit = 1e-6;
+  if (!all_finite(message.p_WI_m) || !all_finite(message.v_WI_m_s) || !(std::abs(norm - 1.0) < kUnit)) {
+    return Status::kInvalidValue;
+  }
   truth = {};
   truth.t = Time::from_ns(message.time_ns);
   truth.valid = true;

@@ -115,6 +115,7 @@ Result<std::size_t> encode(const HealthRecord& record, MessageBuffer buffer) {
   fill_counters(record.estimator, message);
   message.ticks = as_signed(record.system.ticks);
   message.ticks_out_of_order = as_signed(record.system.ticks_out_of_order);
+  message.samples_ahead = as_signed(record.system.samples_ahead);
   message.camera_frames = as_signed(record.system.frames);
   message.camera_frames_skipped = as_signed(record.system.frames_skipped);
   message.camera_frames_refused = as_signed(record.system.frames_refused);

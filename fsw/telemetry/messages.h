@@ -54,9 +54,10 @@ struct NavStateRecord {
 struct NavSystemCounters {
   std::uint64_t ticks = 0;
   std::uint64_t ticks_out_of_order = 0;
+  std::uint64_t samples_ahead = 0;   ///< IMU samples and ranges stamped after the tick that brought them: refused
   std::uint64_t frames = 0;          ///< camera frames offered
   std::uint64_t frames_skipped = 0;  ///< another frame was still waiting for the IMU
-  std::uint64_t frames_refused = 0;  ///< no pixels, larger than the configuration allows, or refused by the tracker
+  std::uint64_t frames_refused = 0;  ///< no or too large pixels, stamped ahead, or refused by the tracker
 };
 
 struct HealthRecord {

@@ -21,7 +21,7 @@ struct FeatureObservation {
 template <std::size_t MaxTracks>
 struct FeatureFrame {
   Time t;                      ///< mid-exposure
-  std::uint32_t sequence = 0;  ///< the camera's frame counter
+  std::uint32_t sequence = 0;  ///< counts images, never the same twice within a run: observations find their pose by it
   FixedVector<FeatureObservation, MaxTracks> observations;
 };
 

@@ -56,6 +56,9 @@ const BadCase kCases[] = {
     {"lens without a number", replaced(kCamYaml, "[0, 0, 0, 0]\n", "[0, 0, 0]\n"), "'distortion_coefficients'"},
     {"pose that is no rotation", replaced(kCamYaml, "[1, 0, 0, 0, 0, 1,", "[2, 0, 0, 0, 0, 1,"), "rigid transform"},
     {"mirrored pose", replaced(kCamYaml, "[1, 0, 0, 0, 0, 1,", "[-1, 0, 0, 0, 0, 1,"), "rigid transform"},
+    {"principal point outside", replaced(kCamYaml, "47.5, 31.5", "47.5, -31.5"), "expected a principal point within"},
+    {"millimetres", replaced(kRangeYaml, "origin_in_cam_m: [0, 0, 0]", "origin_in_cam_m: [40, 10, -50]"),
+     "key 'origin_in_cam_m': expected a place on the vehicle"},
     {"half pixels", replaced(kCamYaml, "[96, 64]", "[96.5, 64]"), "key 'resolution': expected width and height"},
     {"camera too large", replaced(kCamYaml, "[96, 64]\nintrinsics: [60, 60,", "[800, 64]\nintrinsics: [600, 600,"),
      "800 x 64 is beyond 752 x 480"},
@@ -107,6 +110,11 @@ const BadCase kCases[] = {
        fs::resize_file(image, fs::file_size(image) / 2);
      },
      "1000350000000.png: not readable as an image"},
+    {"image of 16 bits",
+     [](const SmallRecording& r) {
+       cv::imwrite((r.path() / SmallRecording::image_name(7)).string(), cv::Mat::zeros(64, 96, CV_16UC1));
+     },
+     "1000350000000.png: has more than 8 bits per pixel; expected 8"},
     {"image of another size",
      [](const SmallRecording& r) {
        cv::imwrite((r.path() / SmallRecording::image_name(7)).string(), cv::Mat::zeros(64, 95, CV_8UC1));
@@ -144,6 +152,8 @@ TEST(BadInput, AllowsWhatTheWorldDoes) {
       {"no truth", removed("mav0/state_groundtruth_estimate0"), "processed 30"},
       {"range not a number", replaced(kRangeCsv, ",3.5", ",nan"), "ranges          30,"},
       {"IMU not a number", replaced(kImuCsv, "-9.80665", "nan"), "processed 30"},
+      {"byte order mark", [](const SmallRecording& r) { r.write(kImuCsv, "\xEF\xBB\xBF" + r.content(kImuCsv)); },
+       "processed 30"},
       {"Windows line ends", replaced(kImuCsv, "\n", "\r\n"), "processed 30"},
   };
   for (const Case& c : cases) {
@@ -187,6 +197,17 @@ TEST(BadInput, WarnsOfWhatCanBeFlownButIsHardlyMeant) {
         << result.error;
     EXPECT_NE(result.error.find(c.warning), std::string::npos) << result.error;
   }
+}
+
+TEST(BadInput, WarnsWhenNoRangeIsValid) {
+  const SmallRecording recording;
+  std::string millimetres = recording.content(kRangeCsv);
+  for (std::size_t at = 0; (at = millimetres.find(",3.5", at)) != std::string::npos;)
+    millimetres.replace(at, 4, ",3500");
+  recording.write(kRangeCsv, millimetres);
+  const ReplayResult result = run_replay("--asl " + quoted(recording.path()));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.error.find("warning: every range was invalid"), std::string::npos) << result.error;
 }
 
 TEST(BadInput, WarnsWhenTheFilterNeverStarts) {

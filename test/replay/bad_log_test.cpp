@@ -141,5 +141,23 @@ TEST(BadLog, TellsAFlightThatIsNotTheOneRecorded) {
   EXPECT_EQ(run_replay("--log " + quoted(log) + " --no-range").exit_code, 0);
 }
 
+TEST(BadLog, TellsWhenRecordedImagesDoNotComeAgain) {
+  const SmallRecording recording;
+  const TemporaryFolder results;
+  const fs::path log = results.path() / "flight.lcm";
+  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
+  Log shorter = read_log(log);
+  const auto last_input = std::find_if(shorter.rbegin(), shorter.rend(), [](const Event& event) {
+    InputFrame input;
+    return event.channel == "INPUT_FRAME" && ok(decode(event.message, input)) && input.has_camera;
+  });
+  shorter.erase(std::next(last_input).base());
+  write_log(log, shorter);
+  const ReplayResult result = run_replay("--log " + quoted(log));
+  EXPECT_EQ(result.exit_code, 3) << result.error;
+  EXPECT_NE(result.error.find("1 of 30 states differ from the recorded ones, first at image 29"), std::string::npos)
+      << result.error;
+}
+
 }  // namespace
 }  // namespace plumb::test

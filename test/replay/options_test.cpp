@@ -157,6 +157,10 @@ TEST_F(Options, NothingIsWrittenOverWhatIsRead) {
   const fs::path imu = recording_.path() / "mav0/imu0/data.csv";
   const fs::path link = results_.path() / "link.lcm";
   fs::create_symlink(log, link);
+  const fs::path truth = results_.path() / "truth.csv";  // a table of the recording that is a link to this
+  const fs::path truth_in_recording = recording_.path() / "mav0/state_groundtruth_estimate0/data.csv";
+  fs::rename(truth_in_recording, truth);
+  fs::create_symlink(truth, truth_in_recording);
   struct Case {
     std::string arguments;
     fs::path input;
@@ -165,6 +169,7 @@ TEST_F(Options, NothingIsWrittenOverWhatIsRead) {
       {asl() + " --record " + quoted(imu), imu},
       {asl() + " --record " + quoted(recording_.path() / "mav0/cam0/../imu0/data.csv"), imu},
       {asl() + " --record " + quoted(recording_.path() / "mav0/cam0/new"), imu},
+      {asl() + " --record " + quoted(truth), truth},
       {"--log " + quoted(log) + " --record " + quoted(log), log},
       {"--log " + quoted(link) + " --record " + quoted(log), log},
       {"--log " + quoted(log) + " --record " + quoted(link), log},
@@ -209,10 +214,12 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
       {asl() + " --out ''", "--out: expected a name"},
       {asl() + " --params /nowhere.yaml", "/nowhere.yaml: not found"},
       {asl() + " --params " + quoted(wrong), "1000 refused for range.gate_sigma; expected from 1.5 to 100"},
-      {asl() + " --params " + quoted(odd), "range.min_range must be below range.max_range"},
+      {asl() + " --params " + quoted(odd), "q.yaml: range.min_range must be below range.max_range"},
       {asl() + " --out /dev/null/x", "/dev/null"},
       {asl() + " --record /proc/no_folder/x.lcm", "/proc/no_folder"},
       {asl() + " --out " + quoted(out_) + " --record " + quoted(out_ / "states.csv"), "is being written already"},
+      {asl() + " --lcm 'file:///tmp/x.lcm?mode=w'", "is a file; expected a network (--record logs)"},
+      {asl() + " --params " + quoted(results_.path()), ": not a file; expected a YAML file"},
       {asl() + " --lcm nonsense://x", "LCM cannot use 'nonsense://x'"},
       {"--asl /nowhere", "/nowhere: not a folder"},
   };

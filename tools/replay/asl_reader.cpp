@@ -115,7 +115,9 @@ class AslSource final : public Source {
     }
     session_.source = options.folder.string();
     for (const char* sensor : {"cam0", "imu0", "range0", "state_groundtruth_estimate0"}) {
-      session_.inputs.push_back(root_ / sensor);
+      for (const fs::path& part : {root_ / sensor, root_ / sensor / "data.csv", root_ / sensor / "sensor.yaml"}) {
+        session_.inputs.push_back(part);  // the files too: they may be links to elsewhere
+      }
     }
     read_camera(root_ / "cam0", root_ / "imu0", session_.calibration, session_.warnings);
     read_imu(root_ / "imu0", session_.parameters, session_.warnings);
@@ -179,8 +181,9 @@ class AslSource final : public Source {
 
   ImageView read_image(std::uint32_t sequence) {
     const fs::path& file = files_[sequence];
-    image_ = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    image_ = cv::imread(file.string(), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
     if (image_.empty()) throw InputError(file.string() + ": not readable as an image");
+    if (image_.depth() != CV_8U) throw InputError(file.string() + ": has more than 8 bits per pixel; expected 8");
     const CameraCalibration& camera = session_.calibration.camera;
     if (image_.cols != camera.width || image_.rows != camera.height) {
       throw InputError(file.string() + ": is " + std::to_string(image_.cols) + " x " + std::to_string(image_.rows) +

@@ -35,6 +35,10 @@ void set_from(const YamlFile& yaml, const std::string& key, double value, std::s
   if (!ok(status)) yaml.fail(key, refusal(*row, value));
 }
 
+// Nothing that flies is larger; millimetres in the place of metres are.
+constexpr double kLongestLever_m = 50.0;
+constexpr const char* kLeverExpected = "expected a place on the vehicle, in metres (less than 50 m off)";
+
 struct Pose {
   Mat3 rotation;
   Vec3 translation;
@@ -49,6 +53,7 @@ Pose read_pose(const YamlFile& yaml) {
     for (int c = 0; c < 3; ++c) pose.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
     pose.translation(r) = m[static_cast<std::size_t>(4 * r + 3)];
   }
+  if (!(pose.translation.norm() < kLongestLever_m)) yaml.fail("T_BS.data", kLeverExpected);
   const bool last_row = m[12] == 0.0 && m[13] == 0.0 && m[14] == 0.0 && m[15] == 1.0;
   const double error = (pose.rotation * pose.rotation.transpose() - Mat3::Identity()).norm();
   if (!last_row || error > kOrthonormal || pose.rotation.determinant() < 0.0) {
@@ -98,6 +103,9 @@ CameraCalibration read_intrinsics(const YamlFile& yaml) {
   camera.cx = k[2];
   camera.cy = k[3];
   if (camera.fx <= 0.0 || camera.fy <= 0.0) yaml.fail("intrinsics", "expected focal lengths above 0 px");
+  if (camera.cx < 0.0 || camera.cx > camera.width || camera.cy < 0.0 || camera.cy > camera.height) {
+    yaml.fail("intrinsics", "expected a principal point within the image");
+  }
   read_distortion(yaml, camera);
   if (!ok(CameraModel::check(camera))) {
     yaml.fail("intrinsics", "with distortion_coefficients and resolution do not make a usable camera");
@@ -195,6 +203,7 @@ void read_range_finder(const std::filesystem::path& range0, Calibration& calibra
   if (u_C.z() <= 0.0) yaml.fail("axis_in_cam", "expected a beam that leaves ahead of the lens (third number above 0)");
   calibration.sensor.u_C = u_C.normalized();
   calibration.sensor.p_CR_m = Vec3(origin[0], origin[1], origin[2]);
+  if (!(calibration.sensor.p_CR_m.norm() < kLongestLever_m)) yaml.fail("origin_in_cam_m", kLeverExpected);
   warn_of_unused(yaml, warnings);
 }
 
@@ -202,6 +211,7 @@ void read_parameters(const std::filesystem::path& file, Parameters& parameters) 
   const YamlFile yaml(file);
   Parameters changed = parameters;  // all or nothing
   read_node(yaml, yaml.root(), "", changed);
+  if (const char* conflict = conflict_in(changed)) throw InputError(file.string() + ": " + conflict);
   parameters = changed;
 }
 

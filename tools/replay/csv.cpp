@@ -34,6 +34,8 @@ CsvReader::CsvReader(std::filesystem::path file) : file_(std::move(file)), strea
 bool CsvReader::next() {
   while (std::getline(stream_, line_)) {
     ++line_number_;
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // some editors begin a file with it
+    if (line_number_ == 1 && line_.starts_with(kByteOrderMark)) line_.erase(0, kByteOrderMark.size());
     const std::string_view row = trimmed(line_);
     if (row.empty() || row.front() == '#') continue;
     if (stream_.eof()) fail("no line end: the file looks cut short; expected one after the last row too");

@@ -6,6 +6,7 @@ namespace plumb::replay {
 namespace {
 
 std::unique_ptr<LcmSink> open_sink(const std::string& url) {
+  if (url.starts_with("file:")) throw InputError("--lcm: '" + url + "' is a file; expected a network (--record logs)");
   std::string error;
   std::unique_ptr<LcmSink> sink = LcmSink::open(url, error);
   if (sink == nullptr) throw InputError("--lcm: " + error);

@@ -123,7 +123,7 @@ int judge(const Arguments& arguments, const Session& session, const HashCheck& h
                "plumb-replay: %s: %" PRIu64 " of %" PRIu64
                " states differ from the recorded ones, first at image %" PRIu32
                "; the log was altered, or recorded by another version of the software\n",
-               session.source.c_str(), hashes.different(), hashes.compared(), *hashes.first_different());
+               session.source.c_str(), hashes.different(), hashes.recorded(), *hashes.first_different());
   return kExitDifferent;
 }
 
@@ -164,6 +164,10 @@ int replay(Arguments& arguments) {
   if (totals.images_valid == 0) {
     warn("no image got a state: the filter starts at rest, or in flight with ranges or a change of speed, and needs " +
          std::string("images with features and IMU samples about them"));
+  }
+  const EstimatorCounters& counters = totals.estimator;
+  if (counters.ranges > 0 && counters.ranges == counters.ranges_invalid) {
+    warn("every range was invalid: without echo, or beyond range.min_range and range.max_range, in metres");
   }
   if (telemetry && telemetry->lost() > 0) {
     const std::string count = std::to_string(telemetry->lost()) + " of " +

@@ -49,7 +49,11 @@ PendingFile::PendingFile(fs::path file, std::span<const fs::path> inputs) : file
   std::error_code error;
   if (file_.has_parent_path()) fs::create_directories(file_.parent_path(), error);
   if (error) throw InputError(file_.parent_path().string() + ": cannot be made a folder: " + error.message());
-  if (fs::is_directory(file_, error)) throw InputError(file_.string() + ": is a folder; expected a file");
+  const fs::file_status there = fs::status(file_, error);
+  if (fs::exists(there) && !fs::is_regular_file(there)) {
+    throw InputError(file_.string() + ": is " + (fs::is_directory(there) ? "a folder" : "a device or pipe") +
+                     "; expected a new name or that of a file");
+  }
   const bool locked = lock_.take(temporary_);
   if (!locked && errno == EWOULDBLOCK) {
     throw InputError(file_.string() + ": is being written already; expected a name that no other run or option uses");

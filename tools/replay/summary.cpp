@@ -64,6 +64,7 @@ Json counters_json(const FlightTotals& totals) {
   for_each_field(totals.estimator, [&json](const char* name, std::uint64_t value) { json["estimator"][name] = value; });
   json["system"] = {{"ticks", totals.system.ticks},
                     {"ticks_out_of_order", totals.system.ticks_out_of_order},
+                    {"samples_ahead", totals.system.samples_ahead},
                     {"frames", totals.system.frames},
                     {"frames_skipped", totals.system.frames_skipped},
                     {"frames_refused", totals.system.frames_refused}};
@@ -111,8 +112,8 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
       totals.images_valid > 0 ? Json((totals.t_first_valid - session.t_first_image).seconds()) : Json(nullptr);
   json["predicted_states"] = totals.predicted;
   json["run_hash"] = hex(totals.run_hash);
-  if (hashes.compared() > 0) {
-    json["recorded_hashes"] = {{"compared", hashes.compared()}, {"different", hashes.different()}};
+  if (hashes.recorded() > 0) {
+    json["recorded_hashes"] = {{"recorded", hashes.recorded()}, {"different", hashes.different()}};
   }
   json["cpu_ms"] = {{"front_end", to_json(distribution_of(totals.front_end_ms))},
                     {"filter", to_json(distribution_of(totals.filter_ms))}};
@@ -131,9 +132,9 @@ void print_summary(const Session& session, const FlightOptions& options, const F
   std::printf("configuration   %s, run hash %s\n", options.config_name.c_str(), hex(totals.run_hash).c_str());
   if (hashes.first_different()) {
     std::printf("recorded hashes %" PRIu64 " of %" PRIu64 " differ, first at image %" PRIu32 "\n", hashes.different(),
-                hashes.compared(), *hashes.first_different());
-  } else if (hashes.compared() > 0) {
-    std::printf("recorded hashes %" PRIu64 ", all equal\n", hashes.compared());
+                hashes.recorded(), *hashes.first_different());
+  } else if (hashes.recorded() > 0) {
+    std::printf("recorded hashes %" PRIu64 ", all equal\n", hashes.recorded());
   }
   std::printf("images          %zu, processed %" PRIu64 ", with a state %" PRIu64 " (%.1f %%)\n", session.images,
               totals.images_processed, totals.images_valid, 100.0 * coverage(session, totals));

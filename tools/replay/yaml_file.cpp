@@ -10,7 +10,8 @@ namespace plumb::replay {
 
 YamlFile::YamlFile(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::is_regular_file(file_)) {
-    throw InputError(file_.string() + ": not found; expected a YAML file");
+    throw InputError(file_.string() + (std::filesystem::exists(file_) ? ": not a file" : ": not found") +
+                     "; expected a YAML file");
   }
   try {
     root_ = YAML::LoadFile(file_.string());

@@ -126,10 +126,10 @@ TEST_F(NavSystemTest, BothImagesOfATickThatEndsAWaitAreUsedOneTickApart) {
   InputFrame input = tick(5, 15'000'000);
   add_camera(input, 19'000'000, 1);
   system_->step(input, &image_);
-  InputFrame second = tick(6, 25'000'000);
+  InputFrame second = tick(7, 25'000'000);
   add_camera(second, 23'000'000, 2);
   EXPECT_EQ(system_->step(second, &image_).image_sequence, 1U);
-  EXPECT_EQ(system_->step(tick(7, 25'000'000), nullptr).image_sequence, 2U);
+  EXPECT_EQ(system_->step(tick(8, 25'000'000), nullptr).image_sequence, 2U);
   EXPECT_EQ(system_->counters().frames_skipped, 0U);
 }
 
@@ -160,6 +160,37 @@ TEST_F(NavSystemTest, AnImageTheTrackerRefusesGoesNoFurther) {
   EXPECT_FALSE(system_->step(input, &image_).image_processed);
   EXPECT_EQ(system_->counters().frames_refused, 1U);
   EXPECT_EQ(system_->estimator().counters().frames, 0U);
+}
+
+// A clock that jumped once must not silence its sensor until that time has come.
+TEST_F(NavSystemTest, RefusesWhatIsStampedAfterItsTick) {
+  InputFrame input = tick(6, 24'000'000);
+  const std::size_t good = input.imu.size();
+  ASSERT_GT(good, 0U);
+  ImuSample wrong = input.imu.back();
+  wrong.t = input.t + Duration::from_ns(1);
+  ASSERT_EQ(input.imu.push_back(wrong), Status::kOk);
+  ASSERT_EQ(input.range.push_back({.t = wrong.t, .range_m = 3.0, .quality = RangeQuality::kValid}), Status::kOk);
+  add_camera(input, 24'000'001, 1);
+  const EstimatorCounters before = system_->estimator().counters();
+  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  EXPECT_EQ(system_->counters().samples_ahead, 2U);
+  EXPECT_EQ(system_->counters().frames_refused, 1U);
+  EXPECT_EQ(system_->estimator().counters().imu_samples, before.imu_samples + good);
+  EXPECT_EQ(system_->estimator().counters().ranges, before.ranges);
+  InputFrame next = tick(7, 28'000'000);
+  add_camera(next, 24'500'000, 2);
+  EXPECT_TRUE(system_->step(next, &image_).image_processed);
+}
+
+TEST_F(NavSystemTest, ACameraThatCountsFromTheStartAgainIsNotTakenForOldImages) {
+  for (std::uint32_t image = 0; image < 3; ++image) {
+    const std::int64_t number = 5 * (image + 1);
+    InputFrame input = tick(number, number * kTick_ns);
+    add_camera(input, number * kTick_ns, 0);
+    EXPECT_TRUE(system_->step(input, &image_).image_processed);
+    EXPECT_EQ(system_->features().sequence, image);
+  }
 }
 
 TEST_F(NavSystemTest, RefusesATickOutOfOrderWhole) {

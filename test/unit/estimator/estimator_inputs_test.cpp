@@ -195,6 +195,49 @@ TEST(EstimatorInputs, RangesThroughACameraOutageAreCountedToo) {
   expect_every_range_accounted_for(feed, 2);
 }
 
+// After an outage of images, the ranges of its beginning are too old to say anything of the newest one.
+TEST(EstimatorInputs, RangesOlderThanTheirAgeAreNotUsed) {
+  const sim::FlightSettings settings = test::quick_settings(true);
+  Feed feed(test::lively_scene(kLength_s), settings);
+  feed.estimator = test::facet_only(settings);
+  constexpr double kFrom_s = 1.0;
+  constexpr double kTo_s = 1.5;
+  feed.fly_until(kFrom_s);
+  const std::uint64_t stale_before = feed.estimator->counters().ranges_stale;
+  std::uint64_t old = 0;
+  feed.on_image = [](Time t) { return (t - sim::flight_epoch()).seconds() > kTo_s; };
+  feed.on_range = [&](RangeSample& range) {
+    const double t_s = (range.t - sim::flight_epoch()).seconds();
+    if (t_s < kTo_s - RangeOptions{}.max_age_s) ++old;
+    return true;
+  };
+  feed.fly_until(kTo_s + 0.1);
+  EXPECT_GE(old, 5U);
+  EXPECT_GE(feed.estimator->counters().ranges_stale - stale_before, old);
+}
+
+// One echo from something in between must not tell how far away the scene is.
+TEST(EstimatorInputs, NewFeaturesDoNotTakeTheDepthOfOneFalseEcho) {
+  const auto fly = [](bool false_echo) {
+    const sim::Trajectory hover(Vec3(0.0, 0.0, 5.0), kLength_s);  // no parallax, so that depths are guessed
+    Feed feed({"hover", hover, sim::flat_ground(), sim::nadir_rig()}, test::quick_settings(true));
+    feed.on_range = [false_echo](RangeSample& range) {
+      const double t_s = (range.t - sim::flight_epoch()).seconds();
+      if (false_echo && t_s > 0.1 && std::fmod(t_s, 0.2) < 0.04) range.range_m = 0.5;
+      return true;
+    };
+    double greatest = 0.0;
+    feed.after_frame = [&](Status) {
+      for (const SlamFeature& feature : feed.estimator->slam_features()) {
+        greatest = std::max(greatest, feature.parameters.z());
+      }
+    };
+    feed.fly_until(2.0);
+    return greatest;
+  };
+  EXPECT_NEAR(fly(true), fly(false), 0.05);
+}
+
 // A range is compared with the ground as it is at its own time, not at the image's.
 TEST(EstimatorInputs, ARangeIsUsedAtItsOwnTime) {
   sim::Trajectory descent(Vec3(0.0, 0.0, 25.0), 3.0);

@@ -146,6 +146,21 @@ TEST(ImuBuffer, DropBeforeKeepsWhatIntegrationNeeds) {
   });
 }
 
+TEST(ImuBuffer, TheHashEndsAtItsTime) {
+  const auto hash_of = [](double third, Time until) {
+    ImuBuffer buffer;
+    for (int k = 0; k < 3; ++k) {
+      ImuSample sample{.t = Time::from_ns(k), .gyro_rad_s = {}, .accel_m_s2 = {0.0, 0.0, k == 2 ? third : 9.8}};
+      EXPECT_EQ(buffer.push(sample), Status::kOk);
+    }
+    Hash64 hash;
+    buffer.add_to(hash, until);
+    return hash.value();
+  };
+  EXPECT_EQ(hash_of(1.0, Time::from_ns(1)), hash_of(2.0, Time::from_ns(1)));
+  EXPECT_NE(hash_of(1.0, Time::from_ns(2)), hash_of(2.0, Time::from_ns(2)));
+}
+
 TEST(ImuBuffer, StatisticsAreMeanAndDeviationOfTheSpan) {
   test::for_all(100, [](test::Generator& g) {
     const auto imu = std::make_unique<ImuBuffer>();

@@ -229,6 +229,23 @@ TEST(Stillness, ClearedImagesAreNoEvidence) {
 }
 
 // A field of flow of every smooth kind is measured as its size; a few features that go their own way do not hide it.
+// What is remembered of images decides on standing still in the next one, so it belongs to the estimator's hash.
+TEST(Stillness, TheHashIsThatOfTheReference) {
+  const Flight flight{.position = [](double) { return Vec3(0.0, 0.0, 5.0); }};
+  const auto hash_after = [&flight](double first_s, double second_s) {
+    test::Generator g(7);
+    ImageStillness<kTracks> images(StartOptions{}, lens());
+    images.update(frame_at(flight, first_s, 0.0, g));
+    images.update(frame_at(flight, second_s, 0.0, g));
+    Hash64 hash;
+    images.add_to(hash);
+    return hash.value();
+  };
+  EXPECT_EQ(hash_after(1.0, 1.2), hash_after(1.0, 1.2));
+  EXPECT_NE(hash_after(1.0, 1.2), hash_after(1.1, 1.2));
+  EXPECT_NE(hash_after(1.0, 1.2), hash_after(1.0, 1.9));  // long enough to be still
+}
+
 TEST(Stillness, SmoothFlowIsTheSizeOfTheField) {
   test::for_all(200, [](test::Generator& g) {
     const Mat2 linear = 0.01 * (Mat2() << g.normal(1.0), g.normal(1.0), g.normal(1.0), g.normal(1.0)).finished();

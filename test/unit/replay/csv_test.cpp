@@ -12,7 +12,7 @@ namespace {
 
 TEST(Csv, ReadsRowsPastCommentsBlankLinesAndCarriageReturns) {
   const test::TemporaryFolder folder;
-  CsvReader csv(folder.write("a.csv", "#t,x\r\n\r\n 1 , 2.5\r\n   \n# more\n3,-1e-3"));
+  CsvReader csv(folder.write("a.csv", "#t,x\r\n\r\n 1 , 2.5\r\n   \n# more\n3,-1e-3\n"));
   ASSERT_TRUE(csv.next());
   EXPECT_EQ(csv.columns(), 2U);
   EXPECT_EQ(csv.time(), Time::from_ns(1));
@@ -25,7 +25,8 @@ TEST(Csv, ReadsRowsPastCommentsBlankLinesAndCarriageReturns) {
 
 TEST(Csv, ReadsNotANumberAndLongLines) {
   const test::TemporaryFolder folder;
-  CsvReader csv(folder.write("a.csv", "1,nan,inf,+2," + std::string(100'000, ' ') + "7" + std::string(100'000, '0')));
+  CsvReader csv(
+      folder.write("a.csv", "1,nan,inf,+2," + std::string(100'000, ' ') + "7" + std::string(100'000, '0') + "\n"));
   ASSERT_TRUE(csv.next());
   EXPECT_TRUE(std::isnan(csv.number(1)));
   EXPECT_TRUE(std::isinf(csv.number(2)));
@@ -37,6 +38,7 @@ struct BadCase {
   const char* name;
   const char* content;
   const char* message;  // must be part of what the user is told
+  bool whole = true;    // the last row has a line end
 };
 
 TEST(Csv, NamesFileAndLineOfEveryFault) {
@@ -51,12 +53,13 @@ TEST(Csv, NamesFileAndLineOfEveryFault) {
       {"text for a number", "1,2x", "line 1: column 2: expected a number, found '2x'"},
       {"empty number", "1,", "line 1: column 2: expected a number, found ''"},
       {"column missing", "1", "line 1: expected 2 columns (time, value), found 1"},
+      {"cut within the last number", "1,2\n2,3", "line 2: no line end: the file looks cut short", false},
       {"column too many", "1,2,3", "line 1: expected 2 columns (time, value), found 3"},
   };
   for (const BadCase& c : cases) {
     SCOPED_TRACE(c.name);
     const test::TemporaryFolder folder;
-    CsvReader csv(folder.write("bad.csv", c.content));
+    CsvReader csv(folder.write("bad.csv", std::string(c.content) + (c.whole ? "\n" : "")));
     try {
       while (csv.next()) {
         csv.expect_columns(2, 2, "time, value");

@@ -1,6 +1,7 @@
 #include "tools/replay/pending_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "test/support/temporary_folder.h"
 #include "tools/replay/input_error.h"
@@ -37,6 +38,14 @@ TEST(PendingFile, RefusesPlacesThatCannotBeWritten) {
   const auto file = folder.write("a.txt", "");
   EXPECT_THROW(PendingFile(file / "below_a_file.txt"), InputError);
   EXPECT_THROW(PendingFile(folder.path()), InputError);
+}
+
+TEST(PendingFile, NeverTakesThePlaceOfADeviceOrPipe) {
+  const test::TemporaryFolder folder;
+  const auto pipe = folder.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(PendingFile{pipe}, InputError);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 // Two that write the same file would leave a mixture of both. The second one is told, the first one is not disturbed.

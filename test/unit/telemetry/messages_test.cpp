@@ -88,7 +88,7 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 TEST(Messages, CarryEveryMemberOfTheRecords) {
   EXPECT_EQ(test::member_count<FrameReport>(), 17U);
   EXPECT_EQ(test::member_count<EstimatorCounters>(), 19U);
-  EXPECT_EQ(test::member_count<NavSystemCounters>(), 5U);
+  EXPECT_EQ(test::member_count<NavSystemCounters>(), 6U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
   EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);
 }
@@ -98,6 +98,7 @@ TEST(Messages, HealthTimingAndOutputReachAReceiver) {
   EXPECT_EQ(health.time_ns, 77);
   EXPECT_EQ(static_cast<std::uint64_t>(health.imu_samples), 0x8000000000000001U);
   EXPECT_EQ(health.resets, 3);
+  EXPECT_EQ(health.samples_ahead, 6);
   EXPECT_EQ(health.camera_frames_refused, 4);
   EXPECT_EQ(health.predictor_gaps, 5);
   EXPECT_EQ(health.predictor_jump_rad, 0.125);
@@ -163,6 +164,12 @@ TEST(Messages, CalibrationThatIsNoneIsRefused) {
   SensorCalibration bent = sample_sensors();
   bent.u_C = Vec3(0.0, 0.0, 2.0);
   EXPECT_EQ(decode(encoded(sample_camera(), bent), camera, sensors), Status::kInvalidValue);
+  for (double SensorCalibration::* member :
+       {&SensorCalibration::focal_px, &SensorCalibration::half_fov_x, &SensorCalibration::half_fov_y}) {
+    SensorCalibration blind = sample_sensors();
+    blind.*member = 0.0;
+    EXPECT_EQ(decode(encoded(sample_camera(), blind), camera, sensors), Status::kInvalidValue);
+  }
   CameraCalibration flat = sample_camera();
   flat.fx = 0.0;
   EXPECT_EQ(decode(encoded(flat, sample_sensors()), camera, sensors), Status::kInvalidValue);
@@ -193,6 +200,20 @@ TEST(Messages, TruthComesBack) {
   EXPECT_EQ(back.p_WI_m, sent.p_WI_m);
   EXPECT_EQ(back.q_WI, sent.q_WI);
   EXPECT_EQ(back.b_accel_m_s2, sent.b_accel_m_s2);
+}
+
+TEST(Messages, TruthThatIsNoneIsRefused) {
+  NavState longer = sample_nav_state().state;
+  longer.q_WI[0] += 0.5;
+  NavState nowhere = sample_nav_state().state;
+  nowhere.p_WI_m[1] = std::nan("");
+  for (const NavState& bad : {longer, nowhere}) {
+    std::vector<std::uint8_t> buffer(kMaxMessageBytes);
+    const Result<std::size_t> size = encode_truth(bad, buffer);
+    ASSERT_TRUE(size.has_value());
+    NavState back;
+    EXPECT_EQ(decode_truth({buffer.data(), *size}, back), Status::kInvalidValue);
+  }
 }
 
 TEST(Messages, EveryShortenedOrLengthenedMessageIsRefused) {

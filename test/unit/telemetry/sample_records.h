@@ -63,6 +63,7 @@ inline HealthRecord sample_health() {
   record.t = Time::from_ns(77);
   record.estimator.imu_samples = 0x8000000000000001U;
   record.estimator.resets = 3;
+  record.system.samples_ahead = 6;
   record.system.frames_refused = 4;
   record.predictor.gaps = 5;
   record.tracking = {.position_m = 0.5, .velocity_m_s = 0.25, .attitude_rad = 0.125};
