@@ -36,6 +36,8 @@ consteval Row tracker(Text name, Text unit, double min, double max, Text descrip
 constexpr std::array kRows{
     imu<&ImuOptions::gyro_noise_density>("imu.gyro_noise_density", "rad/s/sqrt(Hz)", 1e-7, 1e-1,
                                          "white noise of the gyro"),
+    imu<&ImuOptions::gyro_scale_error>("imu.gyro_scale_error", "1", 0.0, 0.1,
+                                       "of the rate, 1 sigma: errors of scale and of the axes' directions"),
     imu<&ImuOptions::gyro_bias_walk>("imu.gyro_bias_walk", "rad/s^2/sqrt(Hz)", 0.0, 1e-1,
                                      "random walk of the gyro bias"),
     imu<&ImuOptions::accel_noise_density>("imu.accel_noise_density", "m/s^2/sqrt(Hz)", 1e-6, 1.0,

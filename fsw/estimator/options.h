@@ -23,6 +23,7 @@ struct SensorCalibration {
 struct ImuOptions {
   double gyro_noise_density = 2.0e-4;   ///< rad/s/sqrt(Hz)
   double gyro_bias_walk = 2.0e-5;       ///< rad/s^2/sqrt(Hz)
+  double gyro_scale_error = 5.0e-4;     ///< of the rate, 1 sigma: scale factors and misaligned axes
   double accel_noise_density = 2.0e-3;  ///< m/s^2/sqrt(Hz)
   double accel_bias_walk = 3.0e-3;      ///< m/s^3/sqrt(Hz)
   double gravity_m_s2 = 9.80665;

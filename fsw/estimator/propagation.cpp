@@ -3,6 +3,9 @@
 namespace plumb {
 namespace {
 using Mat1512 = Eigen::Matrix<double, 15, 12, Eigen::RowMajor>;
+/// Errors of scale and axes last as long as the rate keeps its direction; the filter knows white noise alone. This is
+/// the noise that adds up to the same angle over turns of about a second.
+constexpr double kTurnTime_s = 1.0;
 constexpr auto at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 }  // namespace
 
@@ -56,8 +59,10 @@ void propagate_step(CoreState& state, CoreTransition& transition, const Inertial
   g.leftCols<6>() = f.block<15, 6>(0, at(kGyroBias)) / dt_s;
   g.block<6, 6>(at(kGyroBias), 6).setIdentity();
   Eigen::Matrix<double, 12, 1> density;
-  density << Vec3::Constant(options.gyro_noise_density * options.gyro_noise_density),
-      Vec3::Constant(options.accel_noise_density * options.accel_noise_density),
+  const double rate_error = options.gyro_scale_error * (0.5 * (a.gyro_rad_s + b.gyro_rad_s)).norm();
+  const double gyro_density2 =
+      options.gyro_noise_density * options.gyro_noise_density + rate_error * rate_error * kTurnTime_s;
+  density << Vec3::Constant(gyro_density2), Vec3::Constant(options.accel_noise_density * options.accel_noise_density),
       Vec3::Constant(options.gyro_bias_walk * options.gyro_bias_walk),
       Vec3::Constant(options.accel_bias_walk * options.accel_bias_walk);
   // Phi_half Q_c Phi_half^T dt: exact to second order in dt and positive semidefinite by construction.

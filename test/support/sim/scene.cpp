@@ -54,6 +54,7 @@ EstimatorOptions matched_options(const FlightSettings& settings) {
   options.imu.gyro_bias_walk = std::max(settings.imu.gyro_bias_walk, kLeastBiasWalk);
   options.imu.accel_noise_density = std::max(settings.imu.accel_noise_density, kLeastAccelNoise);
   options.imu.accel_bias_walk = std::max(settings.imu.accel_bias_walk, kLeastBiasWalk);
+  options.imu.gyro_scale_error = 0.0;  // the simulated gyro has none
   options.imu.gravity_m_s2 = settings.gravity_m_s2;
   options.vision.pixel_noise_px = std::max(settings.tracker.pixel_noise_px, kLeastPixelNoise_px);
   options.range.noise_m = std::max(settings.range.sigma_m(), kLeastRangeNoise_m);

@@ -183,7 +183,11 @@ Mat15 superposed_noise(const CoreState& core, const std::vector<Interval>& fine,
   for (std::size_t hit = 0; hit < fine.size(); ++hit) {
     for (int kind = 0; kind < 12; ++kind) {
       const double dt = fine[hit].dt_s;
-      const double sigma[] = {options.gyro_noise_density / std::sqrt(dt), options.accel_noise_density / std::sqrt(dt),
+      const Vec3 rate_rad_s = between(fine[hit].start, fine[hit].end, 0.5).gyro_rad_s - core.b_gyro_rad_s;
+      constexpr double kTurnTime_s = 1.0;  // errors of scale count as much as white noise that adds up for so long
+      const double scale_density = options.gyro_scale_error * rate_rad_s.norm() * std::sqrt(kTurnTime_s);
+      const double gyro_density = std::hypot(options.gyro_noise_density, scale_density);
+      const double sigma[] = {gyro_density / std::sqrt(dt), options.accel_noise_density / std::sqrt(dt),
                               options.gyro_bias_walk * std::sqrt(dt), options.accel_bias_walk * std::sqrt(dt)};
       const Vec3 noise = sigma[kind / 3] * Vec3::Unit(kind % 3);
       CoreState truth = core;
@@ -207,7 +211,8 @@ Mat15 superposed_noise(const CoreState& core, const std::vector<Interval>& fine,
 TEST(Propagation, NoiseIsWhatTheSensorsInject) {
   test::for_all(6, [](test::Generator& g) {
     const CoreState core = any_core(g);
-    const ImuOptions options;
+    ImuOptions options;
+    options.gyro_scale_error = g.uniform(0.0, 1e-3);
     const auto flight = any_flight(g, 8);
     CoreState end = core;
     const Mat15 q = propagate(end, flight, options).q;
