@@ -21,7 +21,7 @@ struct ImuStatistics {
 
 class ImuBuffer {
  public:
-  static constexpr std::size_t kCapacity = 5120;  ///< 2.5 s at 2 kHz, 20 s at 250 Hz
+  static constexpr std::size_t kCapacity = 2048;  ///< 1 s at 2 kHz, 8 s at 250 Hz
 
   void clear() { count_ = 0; }
   bool empty() const { return count_ == 0; }
