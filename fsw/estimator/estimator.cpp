@@ -197,10 +197,13 @@ double Estimator<Config>::recent_range_depth_m() const {
   const bool recent =
       last_range_sample_t_ != Time::never() && (state_.t - last_range_sample_t_).seconds() < kAidingTimeout_s;
   if (!recent) return 0.0;
-  if (!range_depths_m_.full()) return range_depths_m_.back();
-  const double a = range_depths_m_[0];  // the median: one false echo says nothing of the scene
-  const double b = range_depths_m_[1];
-  return std::clamp(range_depths_m_[2], std::min(a, b), std::max(a, b));
+  const double newest_m = range_depths_m_.back();
+  if (!range_depths_m_.full()) return newest_m;
+  const double a_m = range_depths_m_[0];
+  const double b_m = range_depths_m_[1];
+  const double median_m = std::clamp(newest_m, std::min(a_m, b_m), std::max(a_m, b_m));
+  constexpr double kFalseEcho = 2.0;  // as far off the median as this, the newest range says nothing of the scene
+  return newest_m < kFalseEcho * median_m && median_m < kFalseEcho * newest_m ? newest_m : median_m;
 }
 
 template <class Config>

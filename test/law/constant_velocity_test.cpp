@@ -61,16 +61,12 @@ struct Part {
 };
 
 /// Errors at one instant are correlated in time but not from run to run: the mean over the runs at a fixed instant is
-/// chi-square with 3 degrees of freedom per run. The end of the flight is held to the 95 % bounds of each mean. On the
-/// way there are nine more means, of which one would leave such bounds in every third flight by chance: they are held
-/// to the bounds that all nine keep together with 95 %.
+/// chi-square with 3 degrees of freedom per run.
 void expect_consistent(const std::vector<Run>& runs) {
-  const Part parts[] = {{"position", &Nees::position}, {"velocity", &Nees::velocity}, {"attitude", &Nees::attitude}};
-  const double on_the_way = static_cast<double>((kCheckpoints.size() - 1) * std::size(parts));
+  const Interval bounds = nees_bounds(kConfidence, 3, kRuns);
   for (std::size_t checkpoint = 0; checkpoint < kCheckpoints.size(); ++checkpoint) {
-    const bool end = checkpoint + 1 == kCheckpoints.size();
-    const Interval bounds = nees_bounds(end ? kConfidence : 1.0 - (1.0 - kConfidence) / on_the_way, 3, kRuns);
-    for (const Part& part : parts) {
+    for (const Part& part :
+         {Part{"position", &Nees::position}, Part{"velocity", &Nees::velocity}, Part{"attitude", &Nees::attitude}}) {
       const SignedMean mean = mean_of(runs, [&](const Accuracy& a) { return a.nees[checkpoint].*part.member; });
       std::printf("  NEES %s at %.0f %% of the flight: %.2f, expected %.2f to %.2f\n", part.name,
                   100.0 * kCheckpoints[checkpoint], mean.value, bounds.low, bounds.high);
