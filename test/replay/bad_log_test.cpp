@@ -88,18 +88,26 @@ const BadCase kCases[] = {
      "channel CAMERA: image 0 is 95 x 64 px; expected the resolution of CALIBRATION, 96 x 64"},
 };
 
-TEST(BadLog, IsToldInOneMessageAndLeavesNothing) {
-  const SmallRecording recording;
-  const TemporaryFolder results;
-  const fs::path good = results.path() / "good.lcm";
-  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(good)).exit_code, 0);
-  const Log whole = read_log(good);
+/// A flight that was recorded as a log.
+class BadLog : public ::testing::Test {
+ protected:
+  BadLog() {
+    const SmallRecording recording;
+    EXPECT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log_)).exit_code, 0);
+  }
+
+  TemporaryFolder results_;
+  fs::path log_ = results_.path() / "flight.lcm";
+};
+
+TEST_F(BadLog, IsToldInOneMessageAndLeavesNothing) {
+  const Log whole = read_log(log_);
   for (const BadCase& c : kCases) {
     SCOPED_TRACE(c.name);
     Log log = whole;
     c.spoil(log);
-    const fs::path bad = results.path() / "bad.lcm";
-    const fs::path out = results.path() / "out";
+    const fs::path bad = results_.path() / "bad.lcm";
+    const fs::path out = results_.path() / "out";
     write_log(bad, log);
     const ReplayResult result = run_replay("--log " + quoted(bad) + " --out " + quoted(out));
     EXPECT_EQ(result.exit_code, 2) << result.error;
@@ -109,51 +117,39 @@ TEST(BadLog, IsToldInOneMessageAndLeavesNothing) {
   }
 }
 
-TEST(BadLog, TellsALogThatIsCutShortOrNone) {
-  const SmallRecording recording;
-  const TemporaryFolder results;
-  const fs::path log = results.path() / "flight.lcm";
-  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
-  fs::resize_file(log, fs::file_size(log) - 100);
-  const ReplayResult cut_short = run_replay("--log " + quoted(log));
+TEST_F(BadLog, TellsALogThatIsCutShortOrNone) {
+  fs::resize_file(log_, fs::file_size(log_) - 100);
+  const ReplayResult cut_short = run_replay("--log " + quoted(log_));
   EXPECT_EQ(cut_short.exit_code, 2);
   EXPECT_NE(cut_short.error.find("is damaged or cut short"), std::string::npos) << cut_short.error;
-  const ReplayResult none = run_replay("--log " + quoted(results.write("text.txt", "this is no log")));
+  const ReplayResult none = run_replay("--log " + quoted(results_.write("text.txt", "this is no log")));
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_EQ(run_replay("--log " + quoted(results.path() / "missing.lcm")).exit_code, 2);
+  EXPECT_EQ(run_replay("--log " + quoted(results_.path() / "missing.lcm")).exit_code, 2);
 }
 
 // Other pixels give other states. Only who changes the flight himself may expect that.
-TEST(BadLog, TellsAFlightThatIsNotTheOneRecorded) {
-  const SmallRecording recording;
-  const TemporaryFolder results;
-  const fs::path log = results.path() / "flight.lcm";
-  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
-  Log altered = read_log(log);
+TEST_F(BadLog, TellsAFlightThatIsNotTheOneRecorded) {
+  Log altered = read_log(log_);
   for (Event& event : altered) {
     if (event.channel == "CAMERA") std::fill(event.message.begin() + kImageHeaderBytes, event.message.end(), 7);
   }
-  write_log(log, altered);
-  const ReplayResult result = run_replay("--log " + quoted(log));
+  write_log(log_, altered);
+  const ReplayResult result = run_replay("--log " + quoted(log_));
   EXPECT_EQ(result.exit_code, 3) << result.error;
   EXPECT_NE(result.error.find("states differ from the recorded ones, first at image"), std::string::npos)
       << result.error;
-  EXPECT_EQ(run_replay("--log " + quoted(log) + " --no-range").exit_code, 0);
+  EXPECT_EQ(run_replay("--log " + quoted(log_) + " --no-range").exit_code, 0);
 }
 
-TEST(BadLog, TellsWhenRecordedImagesDoNotComeAgain) {
-  const SmallRecording recording;
-  const TemporaryFolder results;
-  const fs::path log = results.path() / "flight.lcm";
-  ASSERT_EQ(run_replay("--asl " + quoted(recording.path()) + " --record " + quoted(log)).exit_code, 0);
-  Log shorter = read_log(log);
+TEST_F(BadLog, TellsWhenRecordedImagesDoNotComeAgain) {
+  Log shorter = read_log(log_);
   const auto last_input = std::find_if(shorter.rbegin(), shorter.rend(), [](const Event& event) {
     InputFrame input;
     return event.channel == "INPUT_FRAME" && ok(decode(event.message, input)) && input.has_camera;
   });
   shorter.erase(std::next(last_input).base());
-  write_log(log, shorter);
-  const ReplayResult result = run_replay("--log " + quoted(log));
+  write_log(log_, shorter);
+  const ReplayResult result = run_replay("--log " + quoted(log_));
   EXPECT_EQ(result.exit_code, 3) << result.error;
   EXPECT_NE(result.error.find("1 of 30 states differ from the recorded ones, first at image 29"), std::string::npos)
       << result.error;
