@@ -40,6 +40,7 @@ void Estimator<Config>::reset() {
   start_window_.clear();
   initialised_ = false;
   standing_ = false;
+  last_kept_t_ = Time::never();
   last_visual_t_ = Time::never();
   last_range_t_ = Time::never();
   last_ranged_track_t_ = Time::never();
@@ -122,7 +123,7 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
   {
     StageScope scope(observer_, Stage::kPropagation);
     propagate_to(frame.t);
-    make_room_for_clone();
+    make_room_for_clone(frame.t);
     state_.clone_camera(frame.sequence, calibration_.q_IC, calibration_.p_IC_m);
   }
   status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
@@ -147,10 +148,12 @@ void Estimator<Config>::propagate_to(Time t) {
 }
 
 template <class Config>
-void Estimator<Config>::make_room_for_clone() {
+void Estimator<Config>::make_room_for_clone(Time t) {
   const auto& window = state_.window();
+  const bool newest_stays = last_frame_t_ == last_kept_t_;
+  if (stays(t)) last_kept_t_ = t;
   // While nothing moves, the newest pose is replaced instead of the oldest: the window keeps the baseline it has.
-  if (standing_ && window.size() >= 2) {
+  if ((standing_ || !newest_stays) && window.size() >= 2) {
     const std::uint32_t gone = state_.newest().sequence;
     state_.drop_pose(window.size() - 1);
     for (auto& track : tracks_.tracks()) {

@@ -75,7 +75,7 @@ class Estimator {
     image_stillness_.add_to(h);
     imu_.add_to(h, state_.t);
     h.add(range_depths_m_.data(), range_depths_m_.size());
-    for (const Time t : {last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_})
+    for (const Time t : {last_kept_t_, last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_})
       h.add(static_cast<std::uint64_t>(t.ns()));
     return h.value();
   }
@@ -101,7 +101,13 @@ class Estimator {
   bool tracks_serve(Time t) const;
   bool give_to_track(const RangeSample& range, Time t);
   void propagate_to(Time t);
-  void make_room_for_clone();
+  /// Whether the pose of the image at t is to stay in the window: at high image rates not all do, so that the window
+  /// spans a baseline.
+  bool stays(Time t) const {
+    if (last_kept_t_ == Time::never() || last_kept_t_ == t) return true;
+    return (t - last_kept_t_).seconds() >= options_.vision.pose_interval_s;
+  }
+  void make_room_for_clone(Time t);
   StandingNoise standing_noise() const;
   Status fuse_standing(Time t);
   Status start(const Frame& frame);
@@ -138,6 +144,7 @@ class Estimator {
   bool start_given_ = false;
   NavState given_;
   Time last_frame_t_;
+  Time last_kept_t_;  ///< newest image whose pose stays in the window while others come
   Time last_visual_t_;
   Time last_range_t_;         ///< the last range, or image with a ranged track, that was used
   Time last_ranged_track_t_;  ///< the last image whose tracks made use of a range

@@ -43,7 +43,7 @@ MotionPrediction Estimator<Config>::predict_motion(Time t) const {
   });
   out.valid = true;
   out.q_CnowCprev = (calibration_.q_IC.conjugate() * dq.conjugate() * calibration_.q_IC).normalized();
-  if (initialised_ && options_.range.feature) {
+  if (initialised_ && options_.range.feature && stays(t)) {
     for (const RangeSample& range : ranges_) {
       const std::optional<LaserSpot> spot = laser_spot(range, t);
       if (!spot) continue;
@@ -95,7 +95,8 @@ bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
   const Quat& q_WI = state_.core.motion.q_WI;
   const Vec3 ray_W = q_WI * (calibration_.q_IC * spot.z.homogeneous().normalized());
   const double across_m_s = ray_W.cross(state_.core.motion.v_WI_m_s).norm();
-  const double window_s = static_cast<double>(Config::kMaxPoses - 1) * (t - last_frame_t_).seconds();
+  const double step_s = std::max((t - last_frame_t_).seconds(), options_.vision.pose_interval_s);
+  const double window_s = static_cast<double>(Config::kMaxPoses - 1) * step_s;
   return across_m_s * window_s * calibration_.focal_px >= options_.vision.ranged_min_parallax_px * spot.depth_m;
 }
 
@@ -112,7 +113,7 @@ bool Estimator<Config>::tracks_serve(Time t) const {
 template <class Config>
 bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
-  if (!options_.range.feature) return false;
+  if (!options_.range.feature || !stays(t)) return false;
   const std::optional<LaserSpot> spot = laser_spot(range, t);
   if (!spot) return false;
   double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
