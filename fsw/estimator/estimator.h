@@ -55,6 +55,8 @@ class Estimator {
   /// The state at the newest processed image.
   const NavState& state() const { return nav_; }
   const FrameReport& report() const { return report_; }
+  /// The filter's own state, for tests and logs.
+  const FilterState<Config>& filter() const { return state_; }
   /// The features in the state, for pictures and logs.
   const FixedVector<SlamFeature, Config::kMaxSlamFeatures>& slam_features() const { return state_.features; }
   const EstimatorCounters& counters() const { return counters_; }
