@@ -14,6 +14,7 @@ from plumb_tools.report.__main__ import main
 from plumb_tools.report.belonging import expect_same_flight
 from plumb_tools.report.flight import read_flight
 from plumb_tools.report.run import read_run
+from plumb_tools.score.__main__ import main as score
 from plumb_tools.trajectory import InputError
 
 RANGES, IMU = "mav0/range0/data.csv", "mav0/imu0/data.csv"
@@ -84,6 +85,16 @@ def test_the_report_of_another_flight_is_not_made(
     (flight / RANGES).write_text((flight / RANGES).read_text().replace("10.000", "10.020"))
     assert main([str(run), "--flight", str(flight), "--out", str(tmp_path / "out.html")]) == 2
     assert "is not a replay of" in capsys.readouterr().err and not (tmp_path / "out.html").exists()
+
+
+def test_a_replay_is_not_scored_against_another_flight(
+    flight: Path, run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert score([str(flight), str(run)]) == 0
+    (flight / RANGES).write_text((flight / RANGES).read_text().replace("10.000", "10.020"))
+    for estimate in (run, run / "trajectory.tum"):
+        assert score([str(flight), str(estimate)]) == 2
+        assert "is not a replay of" in capsys.readouterr().err
 
 
 def test_without_ranges_the_recording_that_the_replay_names_is_compared(flight: Path, tmp_path: Path) -> None:

@@ -84,6 +84,20 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"trajectory.start.position_m": [5, 1, 1]}, ["trajectory.start.position_m", "inside an object"]),
     ({"trajectory.start.position_m": [2.3, 1, 1]}, ["trajectory.segments", "inside an object at 0."]),
     ({"trajectory.start.position_m": [50, 0, 4]}, ["trajectory.start.position_m", "leaves the ground"]),
+    (
+        {"trajectory.segments": [SLOW, {"do": "velocity", "to_m_s": [0, 0, -9], "duration_s": 0.7}]},
+        ["trajectory.segments[1]", "falls with", "rotors push upwards"],
+    ),
+    ({"sensors.imu.rate_hz": 333}, ["sensors.imu.rate_hz: 333", "125, 250, 500, 1000, 2000", "--no-log"]),
+    (
+        {"faults": [{"kind": "imu_outage", "start_s": 0, "duration_s": 900}]},
+        ["faults[0]: 0 samples", "at least 2 of the imu"],
+    ),
+    ({"sensors.imu.rate_hz": 10**400}, ["sensors.imu.rate_hz"]),
+    (
+        {"faults": [{"kind": "camera_outage", "start_s": 0, "duration_s": 900}]},
+        ["faults[0]: 0 samples", "at least 2 of the camera"],
+    ),
 ]
 
 
@@ -131,6 +145,14 @@ def test_files_that_are_no_scene_are_refused(text: str, expected: str, tmp_path:
     with pytest.raises(InputError) as caught:
         scene_file.read(path)
     assert expected in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["1:30", "0x10"])
+def test_numbers_that_only_yaml_knows_are_refused(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"sensors: {{imu: {{rate_hz: {text}}}}}", encoding="utf-8")
+    with pytest.raises(InputError, match=f"rate_hz: '{text}'"):
+        scene_file.read(path)
 
 
 def test_numbers_may_have_an_exponent_without_a_dot(tmp_path: Path) -> None:

@@ -135,7 +135,7 @@ def test_replay_without_solution_is_counted_and_explained() -> None:
     ("scenes", "expected"),
     [
         ("outdoor,moon", "moon: no such scene"),
-        ("outdoor:0", "--scenes outdoor:0: expected a number of seeds, at least 1"),
+        ("outdoor:0", "--scenes outdoor:0: expected a number of seeds, 1 to 1000"),
         ("outdoor:many", "expected a number of seeds"),
         ("outdoor,outdoor:3", "outdoor stands there twice; expected every scene once"),
         ("outdoor,", "--scenes: : no such scene"),

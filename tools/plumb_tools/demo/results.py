@@ -68,6 +68,7 @@ class Column:
     value: Callable[[Figures], float | None]
     digits: int
     signed: bool = False  #: the sign says which way; means and worsts are of its size
+    least_is_worst: bool = False
 
 
 COLUMNS = (
@@ -80,7 +81,7 @@ COLUMNS = (
     Column("NEES velocity", "NEES\nvel.", "ideal 3", lambda f: f.headline.nees_velocity, 1),
     Column("NEES attitude", "NEES\natt.", "ideal 3", lambda f: f.headline.nees_attitude, 1),
     Column("CPU per frame", "CPU", "ms", lambda f: f.cost.cpu_ms, 2),
-    Column("real-time factor", "real\ntime", "x", lambda f: f.cost.realtime_factor, 1),
+    Column("real-time factor", "real\ntime", "x", lambda f: f.cost.realtime_factor, 1, least_is_worst=True),
 )
 
 _SHORT_UNITS = {"% of distance": "%", "ideal 3": "(3)"}
@@ -123,10 +124,11 @@ def footnotes(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def mean_and_worst(figures: Sequence[Figures], column: Column) -> tuple[float, float] | None:
-    """Mean and greatest value over flights, of sizes where the figure has a sign; None when nothing is known."""
+    """Mean and worst value over flights, of sizes where the figure has a sign; None when nothing is known."""
     values = [value for entry in figures if (value := column.value(entry)) is not None]
     sizes = [abs(value) for value in values] if column.signed else values
-    return (sum(sizes) / len(sizes), max(sizes)) if sizes else None
+    worst = min if column.least_is_worst else max
+    return (sum(sizes) / len(sizes), worst(sizes)) if sizes else None
 
 
 def error_ratio(outcomes: Sequence[Outcome]) -> float | None:

@@ -63,7 +63,7 @@ def cards(model: Model) -> str:
         parts = [
             _card(model, "Worst axis", "greatest position error", [h.max_axis_percent for h in judged], "%", True),
             _card(model, "Trajectory (ATE)", "position error, RMS", [h.ate_m for h in judged], "m", True),
-            _card(model, "Scale", "error of the whole path", [h.scale_error_percent for h in judged], "%", True),
+            _card(model, "Scale", "error of the whole path", [h.scale_error_percent for h in judged], "%", False),
             _card(model, "Velocity", "error, RMS", [h.velocity_rmse_m_s for h in judged], "m/s", True),
             _card(model, "Consistency", "NEES of position, ideal 3", [h.nees_position for h in judged], "", False),
         ]

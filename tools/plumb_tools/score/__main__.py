@@ -11,9 +11,12 @@ from rich.console import Console
 
 from plumb_tools import files
 from plumb_tools.arguments import positive_seconds, seconds
+from plumb_tools.report import belonging
+from plumb_tools.report.flight import CAMERA_FILE, read_flight
+from plumb_tools.report.run import read_run
 from plumb_tools.score import table
 from plumb_tools.score.compute import DEFAULT_MAX_TIME_DIFF_S, Options, Score, Scored, score
-from plumb_tools.score.estimate import read_estimate
+from plumb_tools.score.estimate import SUMMARY_FILE, read_estimate
 from plumb_tools.trajectory import InputError, read_truth
 
 EXIT_BAD_INPUT = 2
@@ -97,7 +100,16 @@ def _score(arguments: argparse.Namespace) -> Scored:
     if start is not None and end is not None and end <= start:
         raise InputError(f"--end {end:g} is not after --start {start:g}")
     options = Options(arguments.max_time_diff, arguments.align, start, end)
+    _expect_same_flight(arguments.truth, arguments.estimate)
     return score(read_truth(arguments.truth), read_estimate(arguments.estimate), options)
+
+
+def _expect_same_flight(truth: Path, estimate: Path) -> None:
+    """Refuses a replay of another flight: the clocks of simulated flights all begin alike."""
+    folder = estimate if estimate.is_dir() else estimate.parent
+    if not ((folder / SUMMARY_FILE).is_file() and (truth / CAMERA_FILE).is_file()):
+        return
+    belonging.expect_same_flight(read_flight(truth), read_run(folder, folder.name))
 
 
 def _deliver(scored: Scored, arguments: argparse.Namespace) -> None:

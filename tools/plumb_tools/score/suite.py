@@ -26,6 +26,7 @@ EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 DEFAULT_SEEDS = 5
+MOST_SEEDS = 1000
 DEFAULT_OUT = Path("docs/results.md")
 DEFAULT_WORK = Path("build/suite")
 RESULT_FILE = "result.json"
@@ -79,8 +80,8 @@ def wanted(scenes: str | None, seeds: int) -> list[Wanted]:
     found: dict[str, Wanted] = {}
     for item in scene_file.names() if scenes is None else scenes.split(","):
         name, colon, count = item.partition(":")
-        if colon and not (count.isdecimal() and int(count) > 0):
-            raise InputError(f"--scenes {item}: expected a number of seeds, at least 1, after the colon")
+        if colon and not (count.isdecimal() and 0 < int(count) <= MOST_SEEDS):
+            raise InputError(f"--scenes {item}: expected a number of seeds, 1 to {MOST_SEEDS}, after the colon")
         try:
             scene = pipeline.find_scene(name)
         except InputError as error:

@@ -144,7 +144,14 @@ def _simulate(arguments: argparse.Namespace) -> None:
     target = arguments.out or scene_file.flight_folder(path, arguments.seed)
     # These cost a second or two to load: only when a flight is wanted.
     from plumb_tools.sim import kept, prepare, renderer, simulate
+    from plumb_tools.sim.devices.stim300 import RATE_CODES
 
+    if not arguments.no_log and scene.sensors.imu.rate_hz not in RATE_CODES:
+        rates = ", ".join(map(str, RATE_CODES))
+        raise InputError(
+            f"{path}: sensors.imu.rate_hz: {scene.sensors.imu.rate_hz:g}; the log of raw bytes is that of a STIM300, "
+            f"expected one of {rates} Hz, or --no-log"
+        )
     started = time.monotonic()
     wanted = kept.origin(scene, arguments.seed, arguments.duration, arguments.textures, not arguments.no_log)
     if kept.holds(target, wanted):

@@ -14,16 +14,19 @@ from plumb_tools.sim.rig import rig
 from plumb_tools.sim.scene import Gusts, Scene
 from plumb_tools.sim.scene_file import SceneFaults
 from plumb_tools.sim.schema import Faults, said
+from plumb_tools.sim.sensors import CameraOutage, ImuOutage
 
 _CHECK_PERIOD_S = 0.05
 _LEAST_HEIGHT_M = 0.05
 _WIDEST = 4.0  #: half width in the normalised plane that a single pinhole image can still cover
 _MAX_MAP_PX = 12000
+_LEAST_SAMPLES = 2
 
 # What no drone of the size that carries these sensors flies: a faster flight is a slip in the scene file.
 MAX_SPEED_M_S = 50.0
 MAX_ACCELERATION_M_S2 = 100.0
 MAX_TURN_DEG_S = 1000.0
+_MOST_FALL = 0.9
 #: Instants of each segment that are looked at: the fastest sway is 5 Hz, and the peak of a move is not missed.
 _MOTION_PERIOD_S = 0.02
 _MOTION_INSTANTS = 200
@@ -78,6 +81,7 @@ def _check_times(scene: Scene, faults: Faults) -> None:
     for number, fault in enumerate(scene.faults):
         if fault.start_s >= length_s:
             faults.add(f"faults[{number}].start_s", fault.start_s, f"a time within the flight of {length_s:g} s")
+    _check_counts(scene, length_s, faults)
     exposure = scene.sensors.camera.exposure
     if exposure.time_s[1] * scene.sensors.camera.rate_hz >= 1.0:
         expected = f"at most the period of the images, {1.0 / scene.sensors.camera.rate_hz:g} s"
@@ -87,20 +91,45 @@ def _check_times(scene: Scene, faults: Faults) -> None:
         faults.add("sensors.lrf.max_range_m", scene.sensors.lrf.max_range_m, expected)
 
 
+def _check_counts(scene: Scene, length_s: float, faults: Faults) -> None:
+    """Camera and IMU must say something at least twice, outages apart."""
+    for name, rate_hz, outage in (
+        ("camera", scene.sensors.camera.rate_hz, CameraOutage),
+        ("imu", scene.sensors.imu.rate_hz, ImuOutage),
+    ):
+        instants = np.arange(0.0, length_s, 1.0 / rate_hz)
+        there = np.ones(len(instants), bool)
+        keys = [f"sensors.{name}.rate_hz"]
+        for number, fault in enumerate(scene.faults):
+            if isinstance(fault, outage):
+                there &= (instants < fault.start_s) | (instants >= fault.start_s + fault.duration_s)
+                keys.append(f"faults[{number}]")
+        if np.count_nonzero(there) < _LEAST_SAMPLES:
+            found = said(f"{np.count_nonzero(there)} samples in a flight of {length_s:g} s")
+            faults.add(keys[-1], found, f"at least {_LEAST_SAMPLES} of the {name}")
+
+
 def _check_motion(scene: Scene, faults: Faults) -> None:
     """What a segment asks for must be something that flies. Gusts come on top and have limits of their own."""
-    trajectory = Trajectory(replace(scene.trajectory, gusts=Gusts()), scene.scene.gravity_m_s2, seed=0)
+    gravity_m_s2 = scene.scene.gravity_m_s2
+    trajectory = Trajectory(replace(scene.trajectory, gusts=Gusts()), gravity_m_s2, seed=0)
     start_s = 0.0
     for number, segment in enumerate(scene.trajectory.segments):
         count = max(_MOTION_INSTANTS, round(segment.duration_s / _MOTION_PERIOD_S))
         motion = trajectory.at(start_s + np.linspace(0.0, segment.duration_s, count + 1))
         start_s += segment.duration_s
+        falling_m_s2 = -scene.trajectory.lean * motion.a_WI_m_s2[:, 2].min()
+        if falling_m_s2 > _MOST_FALL * gravity_m_s2:
+            found = said(f"{segment.TAG} within {segment.duration_s:g} s falls with {falling_m_s2:.3g} m/s^2")
+            expected = f"at most {_MOST_FALL * gravity_m_s2:.3g} m/s^2, {_MOST_FALL:g} of gravity: rotors push upwards"
+            faults.add(f"trajectory.segments[{number}]", found, expected)
+            continue  # without thrust there is no attitude to lean into it
         for what, fastest, limit, unit in (
             ("its speed", np.linalg.norm(motion.v_WI_m_s, axis=1).max(), MAX_SPEED_M_S, "m/s"),
             ("its acceleration", np.linalg.norm(motion.a_WI_m_s2, axis=1).max(), MAX_ACCELERATION_M_S2, "m/s^2"),
             ("its rate of turn", np.degrees(np.linalg.norm(motion.omega_I_rad_s, axis=1).max()), MAX_TURN_DEG_S, "deg/s"),
         ):
-            if fastest > limit:
+            if not fastest <= limit:
                 found = said(f"{segment.TAG} within {segment.duration_s:g} s takes {what} to {fastest:.3g} {unit}")
                 faults.add(f"trajectory.segments[{number}]", found, f"at most {limit:g} {unit}, as fast as a drone can be")
 

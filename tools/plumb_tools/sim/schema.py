@@ -72,7 +72,12 @@ class Spec:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that is beyond any floating-point one
+        return False
 
 
 @dataclass(frozen=True)
@@ -261,7 +266,7 @@ def read_section(cls: type, value: object, path: str, faults: Faults, also: tupl
     if value is None:
         value = {}
     if not isinstance(value, Mapping):
-        faults.add(path, value, f"a section with {', '.join(f.name for f in fields(cls))}")
+        faults.add(path or "top level", value, f"a section with {', '.join(f.name for f in fields(cls))}")
         return None
     known = {f.name: f for f in fields(cls)}
     before = len(faults.items)
