@@ -62,12 +62,10 @@ constexpr std::array kRows{
                                         "a feature triangulated beyond this is not used"),
     vision<&VisionOptions::min_track_length>("vision.min_track_length", "1", 2, 32,
                                              "observations an ended track must have to be used"),
-    vision<&VisionOptions::slam_min_track_length>("vision.slam_min_track_length", "1", 2, 32,
-                                                  "observations before a track may enter the state"),
     vision<&VisionOptions::pose_interval_s>("vision.pose_interval", "s", 0.0, 1.0,
                                             "between poses that stay in the window"),
     vision<&VisionOptions::max_rejections>("vision.max_rejections", "1", 1, 100,
-                                           "consecutive gate failures that evict a SLAM feature"),
+                                           "consecutive gate failures that a SLAM feature survives"),
     vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
     vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
 

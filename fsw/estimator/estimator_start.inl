@@ -63,6 +63,7 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   CoreState core;
   core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
   state_.clear();
+  state_.t = frame.t;                                 // what is recent is judged by it
   drop_ranges_before(frame.t, RangeOutcome::kStale);  // they tell the depth to standing_noise()
   const StandingNoise noise = standing_noise();
   begin_filter(frame.t, core, start_covariance(kRestTilt, noise.velocity_m_s));

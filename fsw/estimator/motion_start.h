@@ -1,5 +1,5 @@
 #pragma once
-// Starting in motion: the velocity, tilt and biases that best explain how features flowed over the last half second.
+// Starting in motion: the velocity, tilt and biases that best explain how features flowed over half a second or more.
 //
 // Inside a short window the whole motion follows from the state at its beginning and the IMU, so the unknowns are the
 // 15 core errors at the first image and one inverse depth per feature. Damped Gauss-Newton from "level by the mean

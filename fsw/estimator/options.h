@@ -40,9 +40,8 @@ struct VisionOptions {
   double min_depth_m = 0.2;             ///< semi-infinite start: rho0 = 1/(2 d_min)
   double max_depth_m = 300.0;           ///< beyond this a triangulated feature is not used
   int min_track_length = 4;             ///< observations an ended track must have to be used
-  int slam_min_track_length = 6;        ///< observations before a track may enter the state without parallax
-  double pose_interval_s = 0.04;        ///< between poses that stay in the window; one that comes sooner is replaced
-  int max_rejections = 3;               ///< consecutive gate failures that evict a SLAM feature
+  double pose_interval_s = 0.035;       ///< between poses that stay in the window; one that comes sooner is replaced
+  int max_rejections = 3;               ///< consecutive gate failures that a SLAM feature survives
   int tiles_x = 4;                      ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
 };

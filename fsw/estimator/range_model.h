@@ -1,5 +1,5 @@
 #pragma once
-// The ranged facet (paper eq. 8 to 11): the laser hits the plane through three features. Written with the barycentric
+// The ranged facet (paper eq. 9 and 10): the laser hits the plane through three features. Written with the barycentric
 // coordinates lambda_j of the impact point, the whole row is n^T / b times {-1 for the camera, lambda_j for feature j}.
 
 #include <array>

@@ -17,19 +17,18 @@ struct StandingNoise {
   double rate_rad_s = 0.0;
 };
 
-/// Zero velocity: v = 0 with sigma_m_s. A velocity that contradicts it beyond all doubt is left alone (kRejected).
+/// Zero velocity, as seen from I: R^T v = R_hat^T (v_hat + xi_v) to first order, so that attitude has no part in it and
+/// no heading is learnt, whatever the estimate of v is. Three rows turned into W. A velocity that contradicts it beyond
+/// all doubt is left alone (kRejected).
 template <class Config>
 Status add_zero_velocity(const FilterState<Config>& state, UpdateStack<Config>& stack, double sigma_m_s) {
   constexpr double kGate = 27.9;  // chi-square, 3 degrees of freedom, 4e-6: only a false detection fails it
   MatrixView h = stack.open(3);
-  // v = Exp(theta) v_hat + xi_v
-  h.fixed<3, 3>(0, kTheta) = -skew(state.core.motion.v_WI_m_s) / sigma_m_s;
   h.fixed<3, 3>(0, kXiV) = Mat3::Identity() / sigma_m_s;
   for (std::size_t k = 0; k < 3; ++k) {
     stack.residual(k) = -state.core.motion.v_WI_m_s(static_cast<Eigen::Index>(k)) / sigma_m_s;
   }
   Support support;
-  static_cast<void>(support.push_back({kTheta, 3}));
   static_cast<void>(support.push_back({kXiV, 3}));
   if (stack.close(state, support) <= kGate) return Status::kOk;
   stack.discard(3);

@@ -1,5 +1,5 @@
 #pragma once
-// Starting in motion, the part that remembers: the last second of images, the problem posed to MotionStart from them,
+// Starting in motion, the part that remembers: the newest images, the problem posed to MotionStart from them,
 // and the decision whether its answer can be believed yet.
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #pragma once
-// How a camera in the window sees a feature anchored in another pose of the window (paper eq. 4 to 6), with Jacobians
+// How a camera in the window sees a feature anchored in another pose of the window (paper eq. 3 to 5), with Jacobians
 // for the right-invariant error. One function serves SLAM features, MSCKF tracks and triangulation.
 
 #include "fsw/base/status.h"
