@@ -16,6 +16,7 @@
 
 option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
+option(PLUMB_FUZZ "Add the fuzz targets, which need clang" OFF)
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)

@@ -1,0 +1,130 @@
+// plumb-decode stim300 as its user meets it: a file in, CSV, counts and exit code out.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "test/emulators/stim300/stim300_encoder.h"
+#include "test/support/data.h"
+#include "test/support/temporary_folder.h"
+
+namespace plumb::test {
+namespace {
+
+using emulator::Stim300Content;
+using emulator::Stim300Setup;
+
+struct Decoded {
+  int exit_code = -1;
+  std::vector<std::string> rows;  ///< without the header
+  std::string header;
+  std::string error;
+};
+
+Decoded decode(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const std::string command = std::string(PLUMB_DECODE) + " " + arguments + " >" + (folder.path() / "out").string() +
+                              " 2>" + (folder.path() / "error").string() + " </dev/null";
+  const int status = std::system(command.c_str());
+  Decoded result;
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  result.error = content_of(folder.path() / "error");
+  std::istringstream out(content_of(folder.path() / "out"));
+  std::getline(out, result.header);
+  for (std::string line; std::getline(out, line);) result.rows.push_back(line);
+  return result;
+}
+
+class DecodeStim300 : public ::testing::Test {
+ protected:
+  std::string file(const emulator::Bytes& bytes) const {
+    return folder_.write("capture.bin", {bytes.begin(), bytes.end()}).string();
+  }
+  TemporaryFolder folder_;
+};
+
+emulator::Bytes joined(const std::vector<emulator::Bytes>& parts) {
+  emulator::Bytes all;
+  for (const emulator::Bytes& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+TEST_F(DecodeStim300, PrintsMeasurementsInSiUnits) {
+  const Stim300Setup setup;
+  Stim300Content content;
+  content.gyro = {1 << 21, -(1 << 21), 0};   // 1 degree in 4 ms
+  content.accel = {1 << 22, 0, -(1 << 22)};  // 1 m/s in 4 ms
+  content.counter = 8;
+  content.accel_status = 0x14;
+  const emulator::Bytes first = emulator::encode_normal(setup, content);
+  content.counter = 16;
+  const emulator::Bytes second = emulator::encode_normal(setup, content);
+  content.counter = 40;
+  const emulator::Bytes after_a_gap = emulator::encode_normal(setup, content);
+  content.counter = 48;
+  const emulator::Bytes last = emulator::encode_normal(setup, content);
+  const Decoded result = decode("stim300 " + file(joined({emulator::encode_serial_number(setup),
+                                                          emulator::encode_configuration(setup),
+                                                          {1, 2, 3},
+                                                          first,
+                                                          second,
+                                                          after_a_gap,
+                                                          last})));
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.header,
+            "t_s,counter,latency_us,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,gyro_status,accel_x_m_s2,accel_y_m_s2,"
+            "accel_z_m_s2,accel_status");
+  ASSERT_EQ(result.rows.size(), 4U);
+  EXPECT_EQ(result.rows[0], "0.0000,8,506,4.36332313,-4.36332313,0,0,250,0,-250,20");
+  EXPECT_EQ(result.rows[1].substr(0, 13), "0.0040,16,506");
+  EXPECT_EQ(result.rows[2].substr(0, 13), "0.0160,40,506");
+  EXPECT_EQ(
+      result.error,
+      "plumb-decode: serial number N25582405002002\n"
+      "plumb-decode: 4 measurements at 250 Hz (0 starting), 2 other datagrams, 0 checksum errors, 3 bytes skipped, "
+      "1 gaps (2 datagrams missing)\n");
+}
+
+TEST_F(DecodeStim300, DecodesTheCaptureOfARealUnit) {
+  const auto folder = data_folder("stim300");
+  if (!folder) GTEST_SKIP() << kNoData;
+  const Decoded result = decode("stim300 " + (*folder / "capture_2000hz.bin").string() +
+                                " --accel-range 30 --gyro-unit rate --accel-unit acceleration");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(result.rows.size(), 8392U);
+  EXPECT_EQ(result.error,
+            "plumb-decode: 8392 measurements at 2000 Hz (562 starting), 0 other datagrams, 0 checksum errors, 28 bytes "
+            "skipped, 0 gaps (0 datagrams missing)\n");
+}
+
+TEST_F(DecodeStim300, SaysWhatIsWrong) {
+  const emulator::Bytes normal = emulator::encode_normal({}, {});
+  const auto refused = [](const std::string& arguments) {
+    const Decoded result = decode(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.error.substr(0, 14), "plumb-decode: ");
+    return result.error;
+  };
+  EXPECT_NE(refused("stim300 /no/such/file").find("cannot be opened: No such file"), std::string::npos);
+  EXPECT_NE(refused("stim300 " + folder_.path().string()).find("cannot be read: Is a directory"), std::string::npos);
+  EXPECT_NE(refused("stim300").find("FILE is required"), std::string::npos);
+  EXPECT_NE(refused("").find("subcommand is required"), std::string::npos);
+  EXPECT_NE(refused("stim300 " + file({1, 2, 3})).find("no measurement in 3 bytes"), std::string::npos);
+  EXPECT_NE(refused("stim300 " + file(normal)).find("give --gyro-unit"), std::string::npos);
+  EXPECT_NE(refused("stim300 --accel-range 20 " + file(normal)).find("--accel-range"), std::string::npos);
+  EXPECT_NE(refused("stim300 --accel-range 30 " + file(joined({emulator::encode_configuration({}), normal})))
+                .find("--accel-range is not what the unit told"),
+            std::string::npos);
+}
+
+TEST_F(DecodeStim300, HasHelp) {
+  EXPECT_EQ(decode("--help").exit_code, 0);
+  EXPECT_EQ(decode("stim300 --help").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace plumb::test

@@ -1,0 +1,13 @@
+#pragma once
+// Captured bytes.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace plumb::decode {
+
+/// All bytes of a file, or of standard input for "-". Throws replay::InputError.
+std::vector<std::uint8_t> read_bytes(const std::string& file);
+
+}  // namespace plumb::decode

@@ -1,0 +1,12 @@
+#include "tools/decode/command.h"
+#include "tools/decode/stim300_command.h"
+
+namespace plumb::decode {
+
+std::vector<std::unique_ptr<Command>> commands() {
+  std::vector<std::unique_ptr<Command>> all;
+  all.push_back(make_stim300_command());
+  return all;
+}
+
+}  // namespace plumb::decode

@@ -1,0 +1,62 @@
+// plumb-decode: bytes captured from a device to measurements. Exit code 0 done, whatever the bytes were like, as long
+// as there was a measurement in them; 1 results that could not be written or an internal failure; 2 bad input.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "fsw/base/assert.h"
+#include "tools/decode/command.h"
+#include "tools/replay/input_error.h"
+
+namespace plumb::decode {
+namespace {
+
+constexpr int kExitFailed = 1;
+constexpr int kExitBadInput = 2;
+
+void print_assertion(const AssertSite& site) {
+  std::fprintf(stderr, "plumb-decode: bug: %s line %d: %s does not hold\n", site.file, site.line, site.condition);
+}
+
+int run(int argc, char** argv) {
+  set_assert_handler(print_assertion);
+  CLI::App app(
+      "Decodes bytes captured from a device: measurements as CSV on standard output, counts on standard error.",
+      "plumb-decode");
+  app.require_subcommand(1);
+  const std::vector<std::unique_ptr<Command>> all = commands();
+  for (const std::unique_ptr<Command>& command : all) {
+    CLI::App* const subcommand = app.add_subcommand(command->name(), command->description());
+    command->declare(*subcommand);
+  }
+  try {
+    app.parse(argc, argv);
+    for (const std::unique_ptr<Command>& command : all) {
+      if (app.got_subcommand(command->name())) command->run();
+    }
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "plumb-decode: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const replay::InputError& error) {
+    std::fprintf(stderr, "plumb-decode: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "plumb-decode: internal failure: %s\n", error.what());
+    return kExitFailed;
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    std::fprintf(stderr, "plumb-decode: standard output: writing failed; is the disk full?\n");
+    return kExitFailed;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace plumb::decode
+
+int main(int argc, char** argv) { return plumb::decode::run(argc, argv); }

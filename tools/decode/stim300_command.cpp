@@ -1,0 +1,234 @@
+#include "tools/decode/stim300_command.h"
+
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "drivers/stim300/configuration.h"
+#include "drivers/stim300/datagram.h"
+#include "drivers/stim300/framer.h"
+#include "tools/decode/bytes.h"
+#include "tools/replay/input_error.h"
+
+namespace plumb::decode {
+namespace {
+
+using namespace stim300;
+using replay::InputError;
+
+constexpr double kCelsiusPerCount = 1.0 / 256.0;
+
+struct Column {
+  ClusterId id;
+  const char* name;
+  const char* unit;
+  bool single;
+};
+// Inclinometer and PPS are in counts: the configuration leaves their unit open.
+constexpr std::array<Column, kClusterCount> kColumns = {{
+    {ClusterId::kGyro, "gyro", "rad_s", false},
+    {ClusterId::kAccel, "accel", "m_s2", false},
+    {ClusterId::kInclinometer, "incl", "counts", false},
+    {ClusterId::kGyroTemperature, "gyro_temperature", "degC", false},
+    {ClusterId::kAccelTemperature, "accel_temperature", "degC", false},
+    {ClusterId::kInclinometerTemperature, "incl_temperature", "degC", false},
+    {ClusterId::kPps, "pps", "counts", true},
+}};
+
+// What has to be known before a number can be printed.
+struct Overview {
+  std::optional<Settings> told;        ///< by the last configuration datagram
+  std::string serial_number;           ///< empty: not told
+  std::optional<Layout> first;         ///< of the normal datagrams
+  std::map<int, std::uint64_t> steps;  ///< of the counter, and how often
+  std::uint64_t normal = 0;
+  std::uint64_t starting = 0;
+};
+
+class Stim300Command final : public Command {
+ public:
+  const char* name() const override { return "stim300"; }
+  const char* description() const override { return "bytes of a STIM300's serial line"; }
+  void declare(CLI::App& app) override;
+  void run() override;
+
+ private:
+  template <typename Sink>
+  FramerCounters for_each_frame(Sink sink) const;
+  Overview look_through() const;
+  Settings settle(const Overview& overview, int step) const;
+  void print_row(const Datagram& datagram, const Layout& columns, std::int64_t ticks, const Settings& settings) const;
+
+  std::string file_;
+  std::vector<std::uint8_t> bytes_;
+  std::optional<int> accel_range_g_;
+  std::optional<Unit> gyro_unit_;
+  std::optional<Unit> accel_unit_;
+};
+
+void Stim300Command::declare(CLI::App& app) {
+  const std::map<std::string, Unit> gyro_units = {
+      {"rate", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
+  const std::map<std::string, Unit> accel_units = {
+      {"acceleration", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
+  app.add_option("FILE", file_, "captured bytes, from any place in the stream; - for standard input")->required();
+  app.add_option("--accel-range", accel_range_g_, "range of the accelerometers in g, printed on the unit")
+      ->check(CLI::IsMember({5, 10, 30, 80}));
+  app.add_option("--gyro-unit", gyro_unit_, "what the gyros tell: rate, increment or average")
+      ->transform(CLI::CheckedTransformer(gyro_units).description(""))
+      ->type_name("TEXT");
+  app.add_option("--accel-unit", accel_unit_, "what the accelerometers tell: acceleration, increment or average")
+      ->transform(CLI::CheckedTransformer(accel_units).description(""))
+      ->type_name("TEXT");
+  app.footer(
+      "The three options stand for the configuration that a unit tells at power-on or when asked, if the capture has "
+      "none.\n"
+      "A row is a datagram; t_s counts from the first one by the unit's own counter, filter delays not taken off. "
+      "Status\n"
+      "bits: 128 integrity error, 64 starting, 32 outside conditions, 16 overload, 8 channel error, 4 Z, 2 Y, 1 X.");
+}
+
+template <typename Sink>
+FramerCounters Stim300Command::for_each_frame(Sink sink) const {
+  Framer framer;
+  Frame frame;
+  for (const std::uint8_t byte : bytes_) {
+    framer.push(byte, Time());
+    while (framer.next(frame)) sink(frame.bytes);
+  }
+  framer.finish();
+  while (framer.next(frame)) sink(frame.bytes);
+  return framer.counters();
+}
+
+Overview Stim300Command::look_through() const {
+  Overview overview;
+  std::optional<std::uint8_t> last;
+  const FramerCounters counters = for_each_frame([&](std::span<const std::uint8_t> bytes) {
+    if (const Result<Settings> told = decode_configuration(bytes)) overview.told = *told;
+    if (const Result<SerialNumber> number = decode_serial_number(bytes)) {
+      overview.serial_number.assign(number->begin(), number->end());
+    }
+    const Result<Datagram> datagram = stim300::decode(bytes);
+    if (!datagram) return;
+    ++overview.normal;
+    if (((*datagram)[ClusterId::kGyro].status & kStatusStarting) != 0) ++overview.starting;
+    if (!overview.first) overview.first = datagram->layout;
+    if (last) ++overview.steps[static_cast<std::uint8_t>(datagram->counter - *last)];
+    last = datagram->counter;
+  });
+  if (overview.normal == 0) {
+    throw InputError(file_ + ": no measurement in " + std::to_string(counters.bytes) + " bytes, " +
+                     std::to_string(counters.datagrams) +
+                     " other datagrams; was the line captured at the speed that the unit is set to?");
+  }
+  return overview;
+}
+
+// What the capture tells wins; an option that says otherwise is a mistake of one of the two.
+Settings Stim300Command::settle(const Overview& overview, int step) const {
+  Settings settings = overview.told.value_or(Settings{.accel_range_g = 0});
+  const auto choose = [&](const char* option, auto& told, bool is_told, const auto& given) {
+    if (!is_told && !given) {
+      throw InputError(file_ + ": the capture does not tell how the unit is set up; give " + option +
+                       ", or capture from power-on");
+    }
+    if (is_told && given && *given != told) {
+      throw InputError(file_ + ": " + option + " is not what the unit told of itself");
+    }
+    if (given) told = *given;
+  };
+  choose("--gyro-unit", settings.gyro_unit, overview.told.has_value(), gyro_unit_);
+  choose("--accel-unit", settings.accel_unit, overview.told.has_value(), accel_unit_);
+  choose("--accel-range", settings.accel_range_g, settings.accel_range_g != 0, accel_range_g_);
+  if (settings.gyro_unit == Unit::kIntegral || settings.accel_unit == Unit::kIntegral) {
+    throw InputError(file_ + ": the unit is set to integrated angle or velocity, which is not supported");
+  }
+  if (!overview.told || settings.rate_hz == 0) settings.rate_hz = std::max(kInternalRate_hz / step, 1);
+  return settings;
+}
+
+void print_header(const Layout& layout) {
+  std::printf("t_s,counter,latency_us");
+  for (const Column& column : kColumns) {
+    if (!layout.has(column.id)) continue;
+    if (column.single) {
+      std::printf(",%s_%s", column.name, column.unit);
+    } else {
+      for (const char axis : {'x', 'y', 'z'}) std::printf(",%s_%c_%s", column.name, axis, column.unit);
+    }
+    std::printf(",%s_status", column.name);
+  }
+  std::printf("\n");
+}
+
+void Stim300Command::print_row(const Datagram& datagram, const Layout& columns, std::int64_t ticks,
+                               const Settings& settings) const {
+  std::printf("%.4f,%d,%d", static_cast<double>(ticks) / kInternalRate_hz, datagram.counter, datagram.latency_us);
+  for (const Column& column : kColumns) {
+    if (!columns.has(column.id)) continue;
+    const std::size_t numbers = column.single ? 1 : 3;
+    if (!datagram.layout.has(column.id)) {  // the unit was set up anew within the capture
+      std::printf("%s", column.single ? ",," : ",,,,");
+      continue;
+    }
+    const Cluster& cluster = datagram[column.id];
+    double scale = kCelsiusPerCount;
+    if (column.id == ClusterId::kGyro) scale = gyro_scale_rad_s(settings);
+    if (column.id == ClusterId::kAccel) scale = accel_scale_m_s2(settings);
+    if (column.id == ClusterId::kInclinometer || column.id == ClusterId::kPps) scale = 1.0;
+    for (std::size_t i = 0; i < numbers; ++i) std::printf(",%.9g", cluster.raw[i] * scale);
+    std::printf(",%d", cluster.status);
+  }
+  std::printf("\n");
+}
+
+void Stim300Command::run() {
+  bytes_ = read_bytes(file_);
+  const Overview overview = look_through();
+  int step = 1;
+  std::uint64_t most = 0;
+  for (const auto& [candidate, count] : overview.steps) {
+    if (candidate == 0 || count <= most) continue;
+    step = candidate;
+    most = count;
+  }
+  const Settings settings = settle(overview, step);
+  print_header(*overview.first);
+  std::int64_t ticks = 0;
+  std::uint64_t gaps = 0;
+  std::uint64_t missing = 0;
+  std::optional<std::uint8_t> last;
+  const FramerCounters counters = for_each_frame([&](std::span<const std::uint8_t> bytes) {
+    const Result<Datagram> datagram = stim300::decode(bytes);
+    if (!datagram) return;
+    if (last) {
+      const int elapsed = static_cast<std::uint8_t>(datagram->counter - *last);
+      ticks += elapsed;
+      if (elapsed != step) ++gaps;
+      if (elapsed > step) missing += static_cast<std::uint64_t>(elapsed / step - 1);
+    }
+    last = datagram->counter;
+    print_row(*datagram, *overview.first, ticks, settings);
+  });
+  if (!overview.serial_number.empty()) {
+    std::fprintf(stderr, "plumb-decode: serial number %s\n", overview.serial_number.c_str());
+  }
+  std::fflush(stdout);  // the counts come last
+  std::fprintf(stderr,
+               "plumb-decode: %" PRIu64 " measurements at %d Hz (%" PRIu64 " starting), %" PRIu64
+               " other datagrams, %" PRIu64 " checksum errors, %" PRIu64 " bytes skipped, %" PRIu64 " gaps (%" PRIu64
+               " datagrams missing)\n",
+               overview.normal, kInternalRate_hz / step, overview.starting, counters.datagrams - overview.normal,
+               counters.checksum_errors, counters.skipped_bytes, gaps, missing);
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_stim300_command() { return std::make_unique<Stim300Command>(); }
+
+}  // namespace plumb::decode
