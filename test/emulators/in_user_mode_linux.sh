@@ -20,7 +20,7 @@ if [[ $$ != 1 ]]; then
   # The kernel's command line takes no blanks and little text, so the command goes by file.
   work=$(mktemp -d /tmp/plumb_uml_XXXXXX)
   trap 'rm -rf "$work"' EXIT
-  printf '%q ' "$@" >"$work/command"
+  { printf 'cd %q && ' "$PWD" && printf '%q ' "$@"; } >"$work/command"
   TMPDIR=$work timeout 240 linux.uml mem=512M "umid=plumb$$" "uml_dir=$work/" rootfstype=hostfs rootflags=/ ro \
     "init=$script" "PLUMB_WORK=$work" con=null con0=fd:0,fd:1 quiet </dev/null >"$work/console" 2>&1 || true
   sed -e 's/\r$//' -e '/^exit status [0-9]*$/d' "$work/console"
@@ -45,4 +45,4 @@ ip link add vcan0 type vcan && ip link set vcan0 up
 status=0
 bash -c "$command" || status=$?
 echo "exit status $status"
-poweroff -f
+poweroff -f &>/dev/null
