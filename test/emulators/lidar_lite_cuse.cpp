@@ -37,14 +37,9 @@ struct Server {
 Server& server_of(fuse_req_t request) { return *static_cast<Server*>(fuse_req_userdata(request)); }
 
 std::int64_t now_ns() {
-  static const std::int64_t kStart = [] {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1'000'000'000L + t.tv_nsec;
-  }();
   timespec t{};
   clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000L + t.tv_nsec - kStart;
+  return t.tv_sec * 1'000'000'000L + t.tv_nsec;
 }
 
 void on_open(fuse_req_t request, fuse_file_info* file) { fuse_reply_open(request, file); }
