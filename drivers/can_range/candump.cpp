@@ -1,5 +1,6 @@
 #include "drivers/can_range/candump.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -24,12 +25,18 @@ std::optional<std::uint64_t> number(std::string_view text, unsigned base) {
   return value;
 }
 
+// substr() without its exception. Precondition: from <= text.size().
+std::string_view part(std::string_view text, std::size_t from, std::size_t size = std::string_view::npos) {
+  PLUMB_ASSERT(from <= text.size());
+  return {text.data() + from, std::min(size, text.size() - from)};
+}
+
 // Takes the next word off the line.
 std::string_view take_word(std::string_view& line) {
   const std::size_t begin = line.find_first_not_of(kBlank);
   if (begin == std::string_view::npos) return line = {};
   line.remove_prefix(begin);
-  const std::string_view word = line.substr(0, line.find_first_of(kBlank));
+  const std::string_view word = part(line, 0, line.find_first_of(kBlank));
   line.remove_prefix(word.size());
   return word;
 }
@@ -41,9 +48,9 @@ std::optional<Time> stamp(std::string_view word) {
   const std::size_t point = word.find('.');
   if (word.size() < 4 || word.front() != '(' || word.back() != ')' || point == std::string_view::npos)
     return std::nullopt;
-  const std::string_view fraction = word.substr(point + 1, word.size() - point - 2);
+  const std::string_view fraction = part(word, point + 1, word.size() - point - 2);
   if (fraction.size() != kMicrosecondDigits || point - 1 > kMaxSecondDigits) return std::nullopt;
-  const std::optional<std::uint64_t> seconds = number(word.substr(1, point - 1), 10);
+  const std::optional<std::uint64_t> seconds = number(part(word, 1, point - 1), 10);
   const std::optional<std::uint64_t> us = number(fraction, 10);
   if (!seconds || !us) return std::nullopt;
   return Time::from_ns(0) + Duration::from_ms(1000) * static_cast<std::int64_t>(*seconds) +
@@ -61,8 +68,8 @@ Result<ReceivedCanFrame> parse_candump_line(std::string_view line) {
   const std::size_t hash = text.find('#');
   if (!t || interface_name.empty() || hash == std::string_view::npos) return Status::kInvalidValue;
 
-  const std::optional<std::uint64_t> id = number(text.substr(0, hash), 16);
-  std::string_view data = text.substr(hash + 1);
+  const std::optional<std::uint64_t> id = number(part(text, 0, hash), 16);
+  std::string_view data = part(text, hash + 1);
   if (!id || (hash != 3 && hash != 8)) return Status::kInvalidValue;
   const bool other_kind = (*id & kErrorFlag) != 0 || (!data.empty() && (data[0] == '#' || data[0] == 'R'));
   if (other_kind) return Status::kNotReady;
@@ -75,7 +82,7 @@ Result<ReceivedCanFrame> parse_candump_line(std::string_view line) {
   if (data.size() % 2 != 0 || data.size() > 2 * kCanMaxDataBytes) return Status::kInvalidValue;
   received.frame.size = static_cast<std::uint8_t>(data.size() / 2);
   for (std::size_t i = 0; i < received.frame.size; ++i) {
-    const std::optional<std::uint64_t> byte = number(data.substr(2 * i, 2), 16);
+    const std::optional<std::uint64_t> byte = number(part(data, 2 * i, 2), 16);
     if (!byte) return Status::kInvalidValue;
     received.frame.bytes[i] = static_cast<std::uint8_t>(*byte);
   }
