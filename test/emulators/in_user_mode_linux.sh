@@ -1,0 +1,48 @@
+#!/bin/bash
+# Runs a program under a Linux kernel of its own that has what a host's kernel may not: SocketCAN with a virtual CAN
+# interface, and character devices served by programs (CUSE).
+#
+#     in_user_mode_linux.sh PROGRAM [ARGUMENT...]
+#
+# The kernel is Debian's user-mode-linux, an ordinary process; it sees the host's files, read-only, and nothing of its
+# devices or network. Exits with the program's exit status, or with 77 where that kernel is not installed.
+# The program finds the interface vcan0 and /dev/cuse; PLUMB_TEST_KERNEL is set.
+set -euo pipefail
+
+if [[ $$ != 1 ]]; then
+  for needed in linux.uml modprobe; do
+    PATH=$PATH:/usr/sbin:/sbin command -v "$needed" >/dev/null || {
+      echo "no $needed here: install the packages user-mode-linux and kmod"
+      exit 77
+    }
+  done
+  script=$(realpath "$0")
+  # The kernel's command line takes no blanks and little text, so the command goes by file.
+  work=$(mktemp -d /tmp/plumb_uml_XXXXXX)
+  trap 'rm -rf "$work"' EXIT
+  { printf 'cd %q && ' "$PWD" && printf '%q ' "$@"; } >"$work/command"
+  TMPDIR=$work timeout 240 linux.uml mem=512M "umid=plumb$$" "uml_dir=$work/" rootfstype=hostfs rootflags=/ ro \
+    "init=$script" "PLUMB_WORK=$work" con=null con0=fd:0,fd:1 quiet </dev/null >"$work/console" 2>&1 || true
+  sed -e 's/\r$//' -e '/^exit status [0-9]*$/d' "$work/console"
+  status=$(sed -n 's/^exit status \([0-9]*\)\r*$/\1/p' "$work/console")
+  exit "${status:-1}"
+fi
+
+# From here on as the first process under that kernel.
+export PATH=/usr/sbin:/usr/bin:/sbin:/bin PLUMB_TEST_KERNEL=1 PYTHONDONTWRITEBYTECODE=1
+command=$(<"$PLUMB_WORK/command")
+mount -t proc proc /proc
+mount -t sysfs sys /sys
+mount -t tmpfs tmp /tmp
+mount -t tmpfs run /run
+modules=/usr/lib/uml/modules/$(uname -r)/kernel
+# By path and in order: modprobe looks where the host's modules are.
+for module in drivers/net/can/dev/can-dev net/can/can net/can/can-raw drivers/net/can/vcan fs/fuse/fuse fs/fuse/cuse; do
+  insmod "$modules/$module.ko" 2>/dev/null || true
+done
+ip link set lo up
+ip link add vcan0 type vcan && ip link set vcan0 up
+status=0
+bash -c "$command" || status=$?
+echo "exit status $status"
+poweroff -f &>/dev/null
