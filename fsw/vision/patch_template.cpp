@@ -1,6 +1,9 @@
 #include "fsw/vision/patch_template.h"
 
+#include <algorithm>
 #include <cmath>
+#include <opencv2/core/hal/intrin.hpp>
+#include <tuple>
 
 namespace plumb {
 namespace {
@@ -12,17 +15,13 @@ constexpr float kScalePrior = 100.0F;    // (grey level)^2 per sample
 constexpr float kMaxScale = 1.6F;        // beyond it, up or down, the patch has too few samples of the image
 constexpr float kMinEigenvalue = 10.0F;  // of the structure tensor per sample, (grey level / px)^2; measured
 
-/// Bilinear interpolation. Precondition: the four pixels around the point are in the image.
-float sample(const ImageView& image, float u_px, float v_px) {
-  const auto column = static_cast<std::int32_t>(u_px);
-  const auto row = static_cast<std::int32_t>(v_px);
-  const float a = u_px - static_cast<float>(column);
-  const float b = v_px - static_cast<float>(row);
-  const std::uint8_t* above = image.pixels + static_cast<std::ptrdiff_t>(row) * image.stride + column;
-  const std::uint8_t* below = above + image.stride;
-  const float upper = static_cast<float>(above[0]) + a * (static_cast<float>(above[1]) - static_cast<float>(above[0]));
-  const float lower = static_cast<float>(below[0]) + a * (static_cast<float>(below[1]) - static_cast<float>(below[0]));
-  return upper + b * (lower - upper);
+/// Between neighbouring columns, `a` px beyond the left one.
+template <std::size_t Columns>
+void interpolate_across(const std::uint8_t* pixels, float a, std::array<float, Columns>& out) {
+  for (std::size_t c = 0; c < Columns; ++c) {
+    const auto left = static_cast<float>(pixels[c]);
+    out[c] = left + a * (static_cast<float>(pixels[c + 1]) - left);
+  }
 }
 
 /// True when every point within reach of (u, v) can be interpolated. Also false when u or v is not a number.
@@ -32,19 +31,72 @@ bool covers(const ImageView& image, float u_px, float v_px, float reach_u_px, fl
          v_px + reach_v_px < static_cast<float>(image.height - 1);
 }
 
+// Sums are taken over eight interleaved parts, in one order on every machine, so that vector units can be used.
+constexpr std::size_t kParts = 8;
+using Parts = std::array<float, kParts>;
+
+float total(const Parts& parts) {
+  return ((parts[0] + parts[4]) + (parts[2] + parts[6])) + ((parts[1] + parts[5]) + (parts[3] + parts[7]));
+}
+
+/// Samples of the image at a grid of one px around a point, warped: row by row, without a gap. Writes up to three more
+/// behind the last. Precondition: every point of the grid can be interpolated.
 template <class Samples>
-void remove_mean(Samples& samples) {
-  float sum = 0.0F;
-  for (const float s : samples) sum += s;
-  const float mean = sum / static_cast<float>(samples.size());
-  for (float& s : samples) s -= mean;
+void sample_grid(const ImageView& image, float u_px, float v_px, const Eigen::Matrix2f& warp, Samples& out) {
+  using Floats = cv::v_float32x4;
+  using Ints = cv::v_int32x4;
+  constexpr auto kLast = static_cast<float>(PatchTemplate::kHalf_px);
+  const Floats stride = cv::v_setall_f32(static_cast<float>(image.stride));
+  for (std::int32_t r = 0; r < PatchTemplate::kSide_px; ++r) {
+    const auto y = static_cast<float>(r - PatchTemplate::kHalf_px);
+    const Floats row_u = cv::v_setall_f32(u_px + warp(0, 1) * y);
+    const Floats row_v = cv::v_setall_f32(v_px + warp(1, 1) * y);
+    for (std::int32_t c = 0; c < PatchTemplate::kSide_px; c += Floats::nlanes) {
+      const auto first = static_cast<float>(c - PatchTemplate::kHalf_px);
+      // What hangs over at the end of the row stays in the patch.
+      const Floats x = cv::v_min(Floats(first, first + 1.0F, first + 2.0F, first + 3.0F), cv::v_setall_f32(kLast));
+      const Floats u = row_u + cv::v_setall_f32(warp(0, 0)) * x;
+      const Floats v = row_v + cv::v_setall_f32(warp(1, 0)) * x;
+      const Floats column = cv::v_cvt_f32(cv::v_trunc(u));
+      const Floats row = cv::v_cvt_f32(cv::v_trunc(v));
+      std::array<std::int32_t, Floats::nlanes> offset;
+      std::array<std::int32_t, Floats::nlanes> above;  // two neighbours each, the left one in the low byte
+      std::array<std::int32_t, Floats::nlanes> below;
+      cv::v_store(offset.data(), cv::v_trunc(row * stride + column));  // exact: an image has fewer than 2^24 bytes
+      for (std::size_t i = 0; i < offset.size(); ++i) {
+        const std::uint8_t* pixels = image.pixels + offset[i];
+        above[i] = pixels[0] | (pixels[1] << 8);
+        below[i] = pixels[image.stride] | (pixels[image.stride + 1] << 8);
+      }
+      const Ints low = cv::v_setall_s32(0xFF);
+      const auto between = [a = u - column, low](const Ints& pair) {
+        const Floats left = cv::v_cvt_f32(pair & low);
+        return left + a * (cv::v_cvt_f32(cv::v_shr<8>(pair)) - left);
+      };
+      const Floats upper = between(cv::v_load(above.data()));
+      const Floats lower = between(cv::v_load(below.data()));
+      cv::v_store(&out[static_cast<std::size_t>(r * PatchTemplate::kSide_px + c)], upper + (v - row) * (lower - upper));
+    }
+  }
 }
 
 template <class Samples>
 float dot(const Samples& a, const Samples& b) {
-  float sum = 0.0F;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
+  Parts parts{};
+  for (std::size_t i = 0; i < a.size(); i += kParts) {
+    for (std::size_t k = 0; k < kParts; ++k) parts[k] += a[i + k] * b[i + k];
+  }
+  return total(parts);
+}
+
+template <class Samples>
+void remove_mean(Samples& samples) {
+  Parts parts{};
+  for (std::size_t i = 0; i < samples.size(); i += kParts) {
+    for (std::size_t k = 0; k < kParts; ++k) parts[k] += samples[i + k];
+  }
+  const float mean = total(parts) / static_cast<float>(PatchTemplate::kSamples);
+  for (std::size_t i = 0; i < PatchTemplate::kSamples; ++i) samples[i] -= mean;
 }
 
 }  // namespace
@@ -53,17 +105,27 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   constexpr std::int32_t kReach_px = kHalf_px + 1;  // one more for the central differences
   constexpr std::int32_t kWide = kSide_px + 2;
   if (!covers(image, u_px, v_px, kReach_px, kReach_px)) return Status::kRejected;
+  // The whole patch lies between the pixels alike.
+  const auto column = static_cast<std::int32_t>(u_px);
+  const auto row = static_cast<std::int32_t>(v_px);
+  const float a = u_px - static_cast<float>(column);
+  const float b = v_px - static_cast<float>(row);
   std::array<float, kWide * kWide> wide;
+  std::array<float, kWide> upper;
+  std::array<float, kWide> lower;
+  const std::uint8_t* pixels =
+      image.pixels + static_cast<std::ptrdiff_t>(row - kReach_px) * image.stride + column - kReach_px;
+  interpolate_across(pixels, a, upper);
   for (std::int32_t r = 0; r < kWide; ++r) {
-    for (std::int32_t c = 0; c < kWide; ++c) {
-      wide[r * kWide + c] =
-          sample(image, u_px + static_cast<float>(c - kReach_px), v_px + static_cast<float>(r - kReach_px));
-    }
+    pixels += image.stride;
+    interpolate_across(pixels, a, lower);
+    for (std::int32_t c = 0; c < kWide; ++c) wide[r * kWide + c] = upper[c] + b * (lower[c] - upper[c]);
+    upper = lower;
   }
-  Samples value;
-  Samples gradient_u;
-  Samples gradient_v;
-  Samples gradient_s;
+  Samples value{};
+  Samples gradient_u{};
+  Samples gradient_v{};
+  Samples gradient_s{};
   for (std::int32_t r = 0; r < kSide_px; ++r) {
     for (std::int32_t c = 0; c < kSide_px; ++c) {
       const std::int32_t centre = (r + 1) * kWide + c + 1;
@@ -98,6 +160,7 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   Eigen::Matrix3f tensor;
   tensor << uu, uv, us, uv, vv, vs, us, vs, ss;
   inverse_tensor_ = tensor.inverse();
+  slope_ = Eigen::Vector3f(dot(gradient_u, value), dot(gradient_v, value), dot(gradient_s, value));
   energy_ = energy;
   return Status::kOk;
 }
@@ -105,20 +168,15 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
 Status PatchTemplate::align(const ImageView& image, const Mat2& warp, PatchPosition& position) const {
   const Eigen::Matrix2f unscaled = warp.cast<float>();
   constexpr auto kHalf = static_cast<float>(kHalf_px);
+  static_assert(std::tuple_size_v<Samples> >= kSamples + 3);
   Samples seen;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Eigen::Matrix2f w = position.scale * unscaled;
     const float reach_u_px = kHalf * (std::fabs(w(0, 0)) + std::fabs(w(0, 1)));
     const float reach_v_px = kHalf * (std::fabs(w(1, 0)) + std::fabs(w(1, 1)));
     if (!covers(image, position.u_px, position.v_px, reach_u_px, reach_v_px)) return Status::kRejected;
-    for (std::int32_t r = 0; r < kSide_px; ++r) {
-      const auto y = static_cast<float>(r - kHalf_px);
-      for (std::int32_t c = 0; c < kSide_px; ++c) {
-        const auto x = static_cast<float>(c - kHalf_px);
-        seen[r * kSide_px + c] =
-            sample(image, position.u_px + w(0, 0) * x + w(0, 1) * y, position.v_px + w(1, 0) * x + w(1, 1) * y);
-      }
-    }
+    sample_grid(image, position.u_px, position.v_px, w, seen);
+    std::fill(seen.begin() + kSamples, seen.end(), 0.0F);
     remove_mean(seen);
     const float seen_energy = dot(seen, seen);
     if (!(seen_energy > kMinEnergy * kSamples)) return Status::kIllConditioned;
@@ -127,10 +185,8 @@ Status PatchTemplate::align(const ImageView& image, const Mat2& warp, PatchPosit
     // The gain that brings the seen patch nearest to the template. A negative one means another thing is seen.
     const float gain = common / seen_energy;
     if (!(gain > 0.0F)) return Status::kIllConditioned;
-    const Eigen::Vector3f slope(gain * dot(gradient_u_, seen) - dot(gradient_u_, value_),
-                                gain * dot(gradient_v_, seen) - dot(gradient_v_, value_),
-                                gain * dot(gradient_s_, seen) - dot(gradient_s_, value_));
-    const Eigen::Vector3f step = inverse_tensor_ * slope;
+    const Eigen::Vector3f slope(dot(gradient_u_, seen), dot(gradient_v_, seen), dot(gradient_s_, seen));
+    const Eigen::Vector3f step = inverse_tensor_ * (gain * slope - slope_);
     // The image shows at x what the template has at (1 + step_s) x + step_uv: undo that in the warp.
     const float growth = 1.0F + step.z();
     if (!(growth > 0.5F && growth < 2.0F)) return Status::kIllConditioned;

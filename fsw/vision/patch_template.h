@@ -39,13 +39,15 @@ class PatchTemplate {
   [[nodiscard]] Status align(const ImageView& image, const Mat2& warp, PatchPosition& position) const;
 
  private:
-  using Samples = std::array<float, kSamples>;
+  // In whole vectors; the rest is zero and so counts for nothing.
+  using Samples = std::array<float, (kSamples + 7) / 8 * 8>;
 
   Samples value_{};       ///< grey level less the mean
   Samples gradient_u_{};  ///< grey levels per px, less the mean
   Samples gradient_v_{};
   Samples gradient_s_{};                                          ///< grey levels per unit of scale, less the mean
   Eigen::Matrix3f inverse_tensor_ = Eigen::Matrix3f::Identity();  ///< of the three gradients
+  Eigen::Vector3f slope_ = Eigen::Vector3f::Zero();               ///< of value_ along the three gradients
   float energy_ = 0.0F;                                           ///< sum of value_ squared
 };
 

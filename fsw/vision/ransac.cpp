@@ -1,6 +1,7 @@
 #include "fsw/vision/ransac.h"
 
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -20,6 +21,7 @@ constexpr double kScaleDecay = 0.6;       // of the robust scale, from one rewei
 constexpr double kTurnShare = 0.9;        // of the inliers: when turning alone explains that many, it is all there was
 constexpr double kEpipoleFloor = 1e-6;    // squared sine to the epipole under which a match says nothing
 constexpr double kTiny = 1e-24;
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 /// Two unit vectors that span the plane normal to the unit vector v.
 void tangent_basis(const Vec3& v, Vec3& e1, Vec3& e2) {
@@ -34,6 +36,10 @@ double robust_weight(double squared_error, double scale) {
   return cauchy * cauchy;
 }
 
+// Unlike std::fmin and std::fmax, these are one instruction; of what is not a number they make b, too.
+double smaller(double a, double b) { return a < b ? a : b; }
+double larger(double a, double b) { return a > b ? a : b; }
+
 /// What a match says of a direction t, to first order in the flow. Points ahead of both cameras can only move towards
 /// t, so that flow away from t is as wrong as flow across the epipolar plane.
 struct Residual {
@@ -44,7 +50,7 @@ struct Residual {
 
 Residual residual(const Vec3& direction, const Vec3& derotated, const Vec3& normal, const Vec3& flow) {
   const double cosine = direction.dot(derotated);
-  return {direction.dot(normal), direction.dot(flow), std::fmax(1.0 - cosine * cosine, kEpipoleFloor)};
+  return {direction.dot(normal), direction.dot(flow), larger(1.0 - cosine * cosine, kEpipoleFloor)};
 }
 
 }  // namespace
@@ -84,22 +90,24 @@ void TwoViewRansac::derotate(std::span<const BearingMatch> matches, const Quat& 
 
 double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) const {
   const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
-  const double backward = std::fmin(r.along, 0.0);
+  const double backward = smaller(r.along, 0.0);
   return (r.across * r.across + backward * backward) / r.squared_sine;
 }
 
 // Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
-// round where that is better.
-double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad) const {
+// round where that is better. Stops counting once neither way can cost less than `bound`.
+double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, double bound) const {
   const double limit = threshold_rad * threshold_rad;
   double towards = 0.0;
   double away = 0.0;
   for (std::size_t i = 0; i < count_; ++i) {
     const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
-    const double across = r.across * r.across / r.squared_sine;
-    const double both = across + r.along * r.along / r.squared_sine;
-    towards += std::fmin(r.along < 0.0 ? both : across, limit);
-    away += std::fmin(r.along > 0.0 ? both : across, limit);
+    const double inverse = 1.0 / r.squared_sine;
+    const double across = r.across * r.across * inverse;
+    const double both = across + r.along * r.along * inverse;
+    towards += smaller(r.along < 0.0 ? both : across, limit);
+    away += smaller(r.along > 0.0 ? both : across, limit);
+    if (towards >= bound && away >= bound) return bound;
   }
   if (towards <= away) return towards;
   direction = -direction;
@@ -107,7 +115,7 @@ double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad) const {
 }
 
 void TwoViewRansac::search(double threshold_rad, Model& best) {
-  best.cost = cost_of(best.direction, threshold_rad);
+  best.cost = cost_of(best.direction, threshold_rad, kUnbounded);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const std::uint32_t n = static_cast<std::uint32_t>(count_);
     const std::uint32_t i = generator_.below(n);
@@ -116,7 +124,7 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
     const double norm2 = direction.squaredNorm();
     if (!(norm2 > kTiny)) continue;
     Vec3 unit = direction / std::sqrt(norm2);
-    const double cost = cost_of(unit, threshold_rad);
+    const double cost = cost_of(unit, threshold_rad, best.cost);
     if (cost < best.cost) {
       best.cost = cost;
       best.direction = unit;
@@ -143,7 +151,7 @@ void TwoViewRansac::refine(std::span<const BearingMatch> matches, double sigma_r
       const Residual r = residual(model.direction, b1, normal, flow);
       const double inverse = 1.0 / std::sqrt(r.squared_sine);
       const double across = r.across * inverse;
-      const double backward = std::fmin(r.along, 0.0) * inverse;
+      const double backward = smaller(r.along, 0.0) * inverse;
       const double weight = robust_weight(across * across + backward * backward, scale_rad);
       // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow - d . (b1 x t)
       Vec5 jacobian;
@@ -187,7 +195,7 @@ TwoViewRansac::Model TwoViewRansac::solve(std::span<const BearingMatch> matches,
   search(options_.threshold_rad, model);
   refine(matches, sigma_rad, options_.threshold_rad, model);
   derotate(matches, (model.q_correction * q_start).normalized());
-  model.cost = cost_of(model.direction, options_.threshold_rad);
+  model.cost = cost_of(model.direction, options_.threshold_rad, kUnbounded);
   return model;
 }
 

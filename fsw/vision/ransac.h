@@ -87,7 +87,7 @@ class TwoViewRansac {
   void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
   void derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1);
   double squared_distance(const Vec3& direction, std::size_t i) const;
-  double cost_of(Vec3& direction, double threshold_rad) const;
+  double cost_of(Vec3& direction, double threshold_rad, double bound) const;
   void search(double threshold_rad, Model& best);
   void refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad, Model& model) const;
   Model solve(std::span<const BearingMatch> matches, const Quat& q_start, double sigma_rad);

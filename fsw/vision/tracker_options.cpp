@@ -5,7 +5,6 @@
 namespace plumb {
 namespace {
 
-constexpr std::int32_t kMaxWindow_px = 41;
 constexpr std::int32_t kMaxIterations = 100;
 constexpr std::int32_t kMaxGrey = 255;
 

@@ -25,7 +25,7 @@ struct TrackerOptions {
   std::int32_t fast_threshold_max = 40;
 
   // Pyramidal Lucas-Kanade.
-  std::int32_t window_px = 13;       ///< odd side of the square patch
+  std::int32_t window_px = 13;       ///< odd side of the square patch, at most kMaxWindow_px
   std::int32_t levels = 4;           ///< pyramid levels including the full image; at most kMaxPyramidLevels
   std::int32_t backward_levels = 1;  ///< levels used by the forward-backward check, 1 to levels
   std::int32_t max_iterations = 12;  ///< per level
@@ -42,6 +42,7 @@ struct TrackerOptions {
 
   static constexpr std::int32_t kMinBorder_px = 4;  ///< FAST reads a circle of radius 3
   static constexpr std::int32_t kMaxPyramidLevels = 6;
+  static constexpr std::int32_t kMaxWindow_px = 21;  ///< so that sums over a patch fit in 32 bits, see patch_flow.cpp
 
   /// kInvalidValue when a setting is out of its range, or the image too small for border, tiles or patch.
   static Status check(const TrackerOptions& options, const CameraCalibration& calibration, std::size_t max_tracks);

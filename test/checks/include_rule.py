@@ -41,9 +41,6 @@ RULES = {
     "fsw/measurement": Rule(("fsw/base",)),
     # OpenCV's universal intrinsics are header-only SIMD without heap.
     "fsw/vision": Rule((*MATH, "fsw/measurement"), (*EIGEN, "opencv2/core/hal/intrin.hpp")),
-    # The front end on OpenCV's kernels: the oracle for Plumb's own ones, and used until they replace it. Not linked into
-    # flight, so it may allocate.
-    "fsw/vision/opencv": Rule((*MATH, "fsw/measurement", "fsw/vision"), EIGEN, any_system_header=True, flight=False),
     # The estimator sees features, never images: of vision only the track table, the feature frame and the interface.
     "fsw/estimator": Rule(
         (

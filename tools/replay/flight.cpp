@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "fsw/base/hash.h"
-#include "fsw/vision/opencv/opencv_tracker.h"
+#include "fsw/vision/flight_tracker.h"
 #include "tools/replay/heap_counter.h"
 #include "tools/replay/input_error.h"
 #include "tools/replay/stage_meter.h"
@@ -72,7 +72,7 @@ class Flight {
   }
 
  private:
-  using ImageTracker = OpenCvTracker<Config::kMaxTracks>;
+  using ImageTracker = FlightTracker<Config>;
 
   static ImageTracker& make_tracker(const Session& session) {
     const CameraCalibration& camera = session.calibration.camera;

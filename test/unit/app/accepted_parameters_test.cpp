@@ -10,7 +10,7 @@
 
 #include "fsw/app/parameters.h"
 #include "fsw/base/mission_config.h"
-#include "fsw/vision/opencv/opencv_tracker.h"
+#include "fsw/vision/flight_tracker.h"
 #include "test/support/estimator_feed.h"
 #include "test/support/property.h"
 #include "test/unit/vision/painted_scene.h"
@@ -36,20 +36,19 @@ void fly(const EstimatorOptions& options) {
 
 /// The same for the tracker, on a wall that passes by. False when the options were refused.
 bool track(const TrackerOptions& options) {
-  using TestTracker = OpenCvTracker<FlightConfig::kMaxTracks>;
   const CameraCalibration lens = test::small_lens();
   if (!ok(TrackerOptions::check(options, lens, FlightConfig::kMaxTracks))) return false;
   test::Generator g(test::base_seed());
   const test::PaintedWall wall(g);
   const CameraModel camera(lens);
-  TestTracker tracker(lens, options);
+  const auto tracker = std::make_unique<FlightTracker<FlightConfig>>(lens, options);
   FeatureFrame<FlightConfig::kMaxTracks> out;
   for (int i = 0; i < 3; ++i) {
     test::View view;
     view.p_WC = Vec3(0.02 * i, 0.0, 0.01 * i);
     const test::Picture picture = paint(wall, camera, view);
     const CameraFrame frame{Time::from_ns(1 + 50'000'000LL * i), static_cast<std::uint32_t>(i), picture.view};
-    EXPECT_EQ(tracker.track(frame, MotionPrediction{}, out), Status::kOk);
+    EXPECT_EQ(tracker->track(frame, MotionPrediction{}, out), Status::kOk);
     EXPECT_LE(out.observations.size(), static_cast<std::size_t>(options.max_features));
   }
   return true;

@@ -1,4 +1,4 @@
-#include "fsw/vision/opencv/opencv_tracker.h"
+#include "fsw/vision/flight_tracker.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,6 @@
 #include <cstring>
 #include <map>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <set>
 #include <vector>
 
@@ -19,7 +18,7 @@ using test::Picture;
 using test::View;
 
 constexpr std::size_t kMaxTracks = FlightConfig::kMaxTracks;
-using TestTracker = OpenCvTracker<kMaxTracks>;
+using TestTracker = FlightTracker<FlightConfig>;
 using Frame = FeatureFrame<kMaxTracks>;
 
 constexpr std::int64_t kInterval_ns = 50'000'000;
@@ -32,10 +31,8 @@ TrackerOptions small_options() {
   return options;
 }
 
-class OpenCvTrackerTest : public ::testing::Test {
+class FlightTrackerTest : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { cv::setNumThreads(1); }
-
   std::unique_ptr<TestTracker> make() const {
     return std::make_unique<TestTracker>(test::small_lens(), small_options());
   }
@@ -69,7 +66,7 @@ Flight make_flight(const CameraModel& camera, int count) {
   return flight;
 }
 
-TEST_F(OpenCvTrackerTest, FollowsToATenthOfAPixelUnderLastingIds) {
+TEST_F(FlightTrackerTest, FollowsToATenthOfAPixelUnderLastingIds) {
   constexpr int kFrames = 8;
   const Flight flight = make_flight(camera_, kFrames);
   const auto tracker = make();
@@ -113,7 +110,7 @@ TEST_F(OpenCvTrackerTest, FollowsToATenthOfAPixelUnderLastingIds) {
   EXPECT_GT(static_cast<double>(exact), 0.95 * static_cast<double>(checked));
 }
 
-TEST_F(OpenCvTrackerTest, StandingStillItDoesNotDrift) {
+TEST_F(FlightTrackerTest, StandingStillItDoesNotDrift) {
   const Flight flight = make_flight(camera_, 1);
   const auto tracker = make();
   Frame first;
@@ -132,7 +129,7 @@ TEST_F(OpenCvTrackerTest, StandingStillItDoesNotDrift) {
   }
 }
 
-TEST_F(OpenCvTrackerTest, WorksWithoutPrediction) {
+TEST_F(FlightTrackerTest, WorksWithoutPrediction) {
   const Flight flight = make_flight(camera_, 4);
   const auto tracker = make();
   Frame out;
@@ -144,7 +141,7 @@ TEST_F(OpenCvTrackerTest, WorksWithoutPrediction) {
   }
 }
 
-TEST_F(OpenCvTrackerTest, APredictionThatIsNotANumberIsNoPrediction) {
+TEST_F(FlightTrackerTest, APredictionThatIsNotANumberIsNoPrediction) {
   const Flight flight = make_flight(camera_, 2);
   const auto tracker = make();
   Frame out;
@@ -154,7 +151,7 @@ TEST_F(OpenCvTrackerTest, APredictionThatIsNotANumberIsNoPrediction) {
   EXPECT_GT(out.observations.size(), 30U);
 }
 
-TEST_F(OpenCvTrackerTest, SpreadsFeaturesOverTheImage) {
+TEST_F(FlightTrackerTest, SpreadsFeaturesOverTheImage) {
   const Flight flight = make_flight(camera_, 1);
   const auto tracker = make();
   Frame out;
@@ -175,7 +172,7 @@ TEST_F(OpenCvTrackerTest, SpreadsFeaturesOverTheImage) {
 
 // Exactly there, without snapping to a corner, and followed as well as any other; not beside a track that is there
 // already, outside the image, or where there is nothing to hold on to.
-TEST_F(OpenCvTrackerTest, StartsAFeatureWhereItIsWanted) {
+TEST_F(FlightTrackerTest, StartsAFeatureWhereItIsWanted) {
   const Flight flight = make_flight(camera_, 4);
   const auto tracker = make();
   Frame out;
@@ -201,7 +198,7 @@ TEST_F(OpenCvTrackerTest, StartsAFeatureWhereItIsWanted) {
   EXPECT_TRUE(followed(3));
 }
 
-TEST_F(OpenCvTrackerTest, AWantedFeatureNeedsTexture) {
+TEST_F(FlightTrackerTest, AWantedFeatureNeedsTexture) {
   const auto tracker = make();
   std::vector<std::uint8_t> grey(static_cast<std::size_t>(test::small_lens().width * test::small_lens().height), 90);
   const ImageView blank{grey.data(), test::small_lens().width, test::small_lens().height, test::small_lens().width};
@@ -212,7 +209,7 @@ TEST_F(OpenCvTrackerTest, AWantedFeatureNeedsTexture) {
   EXPECT_TRUE(out.observations.empty());
 }
 
-TEST_F(OpenCvTrackerTest, RefusesMalformedAndLateFramesAndKeepsItsState) {
+TEST_F(FlightTrackerTest, RefusesMalformedAndLateFramesAndKeepsItsState) {
   const Flight flight = make_flight(camera_, 2);
   const auto tracker = make();
   Frame out;
@@ -248,7 +245,7 @@ TEST_F(OpenCvTrackerTest, RefusesMalformedAndLateFramesAndKeepsItsState) {
   }
 }
 
-TEST_F(OpenCvTrackerTest, AnImageWithoutTextureGivesNothingAndEndsTheTracks) {
+TEST_F(FlightTrackerTest, AnImageWithoutTextureGivesNothingAndEndsTheTracks) {
   const Flight flight = make_flight(camera_, 1);
   const std::vector<std::uint8_t> grey(320 * 240, 90);
   Picture blank;
@@ -268,7 +265,7 @@ TEST_F(OpenCvTrackerTest, AnImageWithoutTextureGivesNothingAndEndsTheTracks) {
   EXPECT_GT(out.observations.front().track_id, newest);
 }
 
-TEST_F(OpenCvTrackerTest, ResetForgetsTheTracksButNeverReusesAnId) {
+TEST_F(FlightTrackerTest, ResetForgetsTheTracksButNeverReusesAnId) {
   const Flight flight = make_flight(camera_, 2);
   const auto tracker = make();
   Frame before;
@@ -280,7 +277,7 @@ TEST_F(OpenCvTrackerTest, ResetForgetsTheTracksButNeverReusesAnId) {
   EXPECT_GT(after.observations.front().track_id, before.observations.back().track_id);
 }
 
-TEST_F(OpenCvTrackerTest, SameFramesSameBits) {
+TEST_F(FlightTrackerTest, SameFramesSameBits) {
   constexpr int kFrames = 6;
   const Flight flight = make_flight(camera_, kFrames);
   const auto first = make();

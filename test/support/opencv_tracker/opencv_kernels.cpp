@@ -1,4 +1,4 @@
-#include "fsw/vision/opencv/opencv_kernels.h"
+#include "test/support/opencv_tracker/opencv_kernels.h"
 
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,5 +1,5 @@
 #pragma once
-// Image kernels by OpenCV. They allocate in every call and so are for hosts: the oracle for flight kernels, and replay.
+// Image kernels by OpenCV: the oracle for the flight kernels. They allocate in every call.
 // The program is expected to call cv::setNumThreads(1).
 
 #include <array>

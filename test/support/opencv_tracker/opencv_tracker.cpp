@@ -1,4 +1,4 @@
-#include "fsw/vision/opencv/opencv_tracker.h"
+#include "test/support/opencv_tracker/opencv_tracker.h"
 
 #include "fsw/vision/feature_tracker_impl.h"
 

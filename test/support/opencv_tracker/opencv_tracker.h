@@ -1,10 +1,10 @@
 #pragma once
-// The feature tracker on OpenCV's kernels: constructed from CameraCalibration and TrackerOptions. Instantiated for the
-// shipped mission configurations.
+// The feature tracker on OpenCV's kernels, which the one that flies is compared with: constructed from
+// CameraCalibration and TrackerOptions. Instantiated for the shipped mission configurations.
 
 #include "fsw/base/mission_config.h"
 #include "fsw/vision/feature_tracker.h"
-#include "fsw/vision/opencv/opencv_kernels.h"
+#include "test/support/opencv_tracker/opencv_kernels.h"
 
 namespace plumb {
 

@@ -1,0 +1,201 @@
+// The flow of patches against the truth of a painted wall and against OpenCV's.
+
+#include "fsw/vision/patch_flow.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <opencv2/video/tracking.hpp>
+#include <vector>
+
+#include "fsw/vision/flight_kernels.h"
+#include "test/unit/vision/painted_scene.h"
+#include "test/unit/vision/textures.h"
+
+namespace plumb {
+namespace {
+
+using test::Picture;
+using test::View;
+using Kernels = FlightKernels<320, 240>;
+
+/// A camera that turns, shifts and comes nearer, its image and where it then sees a pixel of the first image.
+struct TwoViews {
+  CameraModel camera{test::small_lens()};
+  View first;
+  View second;
+  Picture image_1;
+  Picture image_2;
+
+  explicit TwoViews(test::Generator& g) {
+    const test::PaintedWall wall(g);
+    second.q_WC = so3_exp(g.normal_vector<3>(0.01));
+    second.p_WC = g.normal_vector<3>(0.01);
+    image_1 = paint(wall, camera, first);
+    image_2 = paint(wall, camera, second);
+  }
+  Vec2 moved(const Vec2& pixel) const {
+    Vec2 normalised;
+    Vec2 out;
+    EXPECT_EQ(camera.undistort(pixel, normalised), Status::kOk);
+    EXPECT_EQ(camera.distort(seen_at(second, on_wall(first, normalised)), out), Status::kOk);
+    return out;
+  }
+};
+
+std::vector<FlowPoint> random_points(test::Generator& g, int count) {
+  std::vector<FlowPoint> points;
+  for (int i = 0; i < count; ++i) {
+    const auto u = static_cast<float>(g.uniform(4.0, 315.0));
+    const auto v = static_cast<float>(g.uniform(4.0, 235.0));
+    points.push_back({u, v, u + static_cast<float>(g.normal(1.0)), v + static_cast<float>(g.normal(1.0))});
+  }
+  return points;
+}
+
+/// The same question put to OpenCV.
+std::vector<FlowPoint> by_opencv(const ImageView& from, const ImageView& to, std::vector<FlowPoint> points,
+                                 const TrackerOptions& options) {
+  const auto matrix = [](const ImageView& view) {
+    return cv::Mat(view.height, view.width, CV_8UC1, const_cast<std::uint8_t*>(view.pixels),
+                   static_cast<std::size_t>(view.stride));
+  };
+  std::vector<cv::Point2f> start;
+  std::vector<cv::Point2f> end;
+  for (const FlowPoint& point : points) {
+    start.emplace_back(point.from_u_px, point.from_v_px);
+    end.emplace_back(point.to_u_px, point.to_v_px);
+  }
+  std::vector<std::uint8_t> status;
+  std::vector<float> error;
+  cv::calcOpticalFlowPyrLK(
+      matrix(from), matrix(to), start, end, status, error, cv::Size(options.window_px, options.window_px),
+      options.levels - 1,
+      cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, options.max_iterations, options.epsilon_px),
+      cv::OPTFLOW_USE_INITIAL_FLOW, options.min_eigenvalue);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].to_u_px = end[i].x;
+    points[i].to_v_px = end[i].y;
+    points[i].residual = error[i];
+    points[i].found = status[i] != 0;
+  }
+  return points;
+}
+
+TEST(PatchFlow, FindsWhatOpenCvFindsTo005Pixels) {
+  std::size_t both = 0;
+  std::size_t apart = 0;
+  std::size_t lost = 0;
+  std::size_t lost_by_opencv = 0;
+  test::for_all(8, [&](test::Generator& g) {
+    const TwoViews views(g);
+    TrackerOptions options;
+    options.window_px = 2 * static_cast<std::int32_t>(g.integer(2, 10)) + 1;
+    const auto kernels = std::make_unique<Kernels>(test::small_lens(), options);
+    kernels->push(views.image_1.view);
+    kernels->push(views.image_2.view);
+    const std::vector<FlowPoint> asked = random_points(g, 150);
+    std::vector<FlowPoint> found = asked;
+    kernels->follow(found, FlowDirection::kForward);
+    const std::vector<FlowPoint> expected = by_opencv(views.image_1.view, views.image_2.view, asked, options);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      if (!found[i].found) ++lost;
+      if (!expected[i].found) ++lost_by_opencv;
+      if (!found[i].found || !expected[i].found) continue;
+      ++both;
+      const float distance_px =
+          std::hypot(found[i].to_u_px - expected[i].to_u_px, found[i].to_v_px - expected[i].to_v_px);
+      if (distance_px > 0.05F) {
+        ++apart;  // one of the two converged elsewhere, or not at all
+      } else {
+        EXPECT_NEAR(found[i].residual, expected[i].residual, 0.3F);
+      }
+    }
+  });
+  EXPECT_GT(both, 1000U);
+  EXPECT_LT(static_cast<double>(apart), 0.02 * static_cast<double>(both)) << apart << " of " << both;
+  EXPECT_LE(lost, lost_by_opencv + 2U);
+}
+
+// As far as a patch that only shifts can follow one that also turns and grows.
+TEST(PatchFlow, FindsTheTruth) {
+  test::for_all(4, [](test::Generator& g) {
+    const TwoViews views(g);
+    const auto kernels = std::make_unique<Kernels>(test::small_lens(), TrackerOptions{});
+    kernels->push(views.image_1.view);
+    kernels->push(views.image_2.view);
+    std::vector<double> misses_px;
+    std::vector<FlowPoint> points = random_points(g, 150);
+    kernels->follow(points, FlowDirection::kForward);
+    for (const FlowPoint& point : points) {
+      const Vec2 truth = views.moved(Vec2(static_cast<double>(point.from_u_px), static_cast<double>(point.from_v_px)));
+      const bool in_view = truth.x() > 10.0 && truth.x() < 310.0 && truth.y() > 10.0 && truth.y() < 230.0;
+      if (!in_view || !point.found) continue;
+      misses_px.push_back(
+          (truth - Vec2(static_cast<double>(point.to_u_px), static_cast<double>(point.to_v_px))).norm());
+    }
+    ASSERT_GT(misses_px.size(), 100U);
+    std::sort(misses_px.begin(), misses_px.end());
+    EXPECT_LT(misses_px[misses_px.size() / 2], 0.1);
+    EXPECT_LT(misses_px[misses_px.size() * 9 / 10], 0.3);
+  });
+}
+
+TEST(PatchFlow, AnImageAgainstItselfMovesNothing) {
+  test::Generator g(test::base_seed());
+  const TwoViews views(g);
+  const auto kernels = std::make_unique<Kernels>(test::small_lens(), TrackerOptions{});
+  kernels->push(views.image_1.view);
+  kernels->push(views.image_1.view);
+  std::vector<FlowPoint> points = random_points(g, 100);
+  for (FlowPoint& point : points) {
+    point.to_u_px = point.from_u_px;
+    point.to_v_px = point.from_v_px;
+  }
+  for (const FlowDirection direction : {FlowDirection::kForward, FlowDirection::kBackward}) {
+    kernels->follow(points, direction);
+    for (const FlowPoint& point : points) {
+      ASSERT_TRUE(point.found);
+      EXPECT_EQ(point.to_u_px, point.from_u_px);
+      EXPECT_EQ(point.to_v_px, point.from_v_px);
+      EXPECT_EQ(point.residual, 0.0F);
+    }
+  }
+}
+
+TEST(PatchFlow, FindsNothingWithoutTextureAnImageOrAFiniteGuess) {
+  const std::vector<std::uint8_t> grey(320 * 240, 90);
+  const ImageView blank{grey.data(), 320, 240, 320};
+  const auto kernels = std::make_unique<Kernels>(test::small_lens(), TrackerOptions{});
+  const auto found = [&kernels](const FlowPoint& asked) {
+    std::vector<FlowPoint> points = {asked};
+    points.front().found = true;
+    kernels->follow(points, FlowDirection::kForward);
+    return points.front().found;
+  };
+  const FlowPoint middle{100.0F, 100.0F, 101.0F, 100.0F};
+  kernels->push(blank);
+  EXPECT_FALSE(found(middle)) << "one image";
+  kernels->push(blank);
+  EXPECT_FALSE(found(middle)) << "no texture";
+
+  test::Generator g(test::base_seed());
+  const TwoViews views(g);
+  kernels->push(views.image_1.view);
+  kernels->push(views.image_2.view);
+  EXPECT_TRUE(found(middle));
+  constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kFar = 1e30F;
+  for (const float bad : {kNotANumber, kFar, -kFar}) {
+    EXPECT_FALSE(found({bad, 100.0F, 100.0F, 100.0F}));
+    EXPECT_FALSE(found({100.0F, 100.0F, 100.0F, bad}));
+  }
+  kernels->forget();
+  EXPECT_FALSE(found(middle)) << "forgotten";
+}
+
+}  // namespace
+}  // namespace plumb
