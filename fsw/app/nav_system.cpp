@@ -132,10 +132,13 @@ HealthRecord NavSystem<Config>::health() const {
           .estimator = estimator_.counters(),
           .system = counters_,
           .predictor = predictor_.counters(),
-          .tracking = predictor_.tracking()};
+          .tracking = predictor_.tracking(),
+          .calibration = estimator_.calibration(),
+          .pixel_noise_px = estimator_.pixel_noise_px()};
 }
 
 template class NavSystem<PaperConfig>;
 template class NavSystem<FlightConfig>;
+template class NavSystem<SelfCalibratingConfig>;
 
 }  // namespace plumb

@@ -85,5 +85,6 @@ class NavSystem {
 
 extern template class NavSystem<PaperConfig>;
 extern template class NavSystem<FlightConfig>;
+extern template class NavSystem<SelfCalibratingConfig>;
 
 }  // namespace plumb

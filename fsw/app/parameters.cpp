@@ -29,6 +29,11 @@ consteval Row start(Text name, Text unit, double min, double max, Text descripti
   return param<Parameters, &Parameters::estimator, &EstimatorOptions::start, Member>(name, unit, min, max, description);
 }
 template <auto Member>
+consteval Row calibration(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::calibration, Member>(name, unit, min, max,
+                                                                                           description);
+}
+template <auto Member>
 consteval Row tracker(Text name, Text unit, double min, double max, Text description) {
   return param<Parameters, &Parameters::tracker, Member>(name, unit, min, max, description);
 }
@@ -50,6 +55,10 @@ constexpr std::array kRows{
     imu<&ImuOptions::max_gyro_rad_s>("imu.max_gyro", "rad/s", 1.0, 100.0, "beyond this a sample is a fault"),
 
     vision<&VisionOptions::pixel_noise_px>("vision.pixel_noise", "px", 0.01, 20.0, "1 sigma of a tracked feature"),
+    vision<&VisionOptions::pixel_noise_images>("vision.pixel_noise_images", "1", 0, 10000,
+                                               "images over which the noise follows the innovations; 0: it stays"),
+    vision<&VisionOptions::pixel_noise_min_px>("vision.pixel_noise_min", "px", 0.01, 20.0, "least noise it comes to"),
+    vision<&VisionOptions::pixel_noise_max_px>("vision.pixel_noise_max", "px", 0.01, 20.0, "largest noise it comes to"),
     vision<&VisionOptions::gate_probability>("vision.gate_probability", "1", 0.9, 0.999999,
                                              "chi-square gate of visual rows"),
     vision<&VisionOptions::min_parallax_px>("vision.min_parallax", "px", 0.0, 200.0,
@@ -104,6 +113,21 @@ constexpr std::array kRows{
     start<&StartOptions::motion_window_max_s>("start.motion_window_max", "s", 0.1, kMaxStartWindow_s,
                                               "longest span: then ranges start it with the uncertainty it has"),
 
+    calibration<&CalibrationOptions::time_offset_sigma_s>(
+        "calibration.time_offset_sigma", "s", 0.0, 0.05, "1 sigma of image stamps against the IMU's; 0: not estimated"),
+    calibration<&CalibrationOptions::camera_rotation_sigma_rad>("calibration.camera_rotation_sigma", "rad", 0.0, 0.2,
+                                                                "1 sigma of the camera's attitude on the IMU"),
+    calibration<&CalibrationOptions::camera_position_sigma_m>("calibration.camera_position_sigma", "m", 0.0, 1.0,
+                                                              "1 sigma of the camera's place on the IMU"),
+    calibration<&CalibrationOptions::beam_tilt_sigma_rad>("calibration.beam_tilt_sigma", "rad", 0.0, 0.2,
+                                                          "1 sigma of the range finder's direction"),
+    calibration<&CalibrationOptions::beam_origin_sigma_m>("calibration.beam_origin_sigma", "m", 0.0, 1.0,
+                                                          "1 sigma of the range finder's place at the camera"),
+    calibration<&CalibrationOptions::gyro_scale_sigma>("calibration.gyro_scale_sigma", "1", 0.0, 0.1,
+                                                       "1 sigma of the gyro's scale factors"),
+    calibration<&CalibrationOptions::accel_scale_sigma>("calibration.accel_scale_sigma", "1", 0.0, 0.1,
+                                                        "1 sigma of the accelerometer's scale factors"),
+
     tracker<&TrackerOptions::max_features>("tracker.max_features", "1", 1, FlightConfig::kMaxTracks,
                                            "live tracks kept at once"),
     tracker<&TrackerOptions::tile_columns>("tracker.tile_columns", "1", 1, 64, "detection tiles across"),
@@ -155,9 +179,12 @@ constexpr ParamTable<Parameters> kTable{kRows};
 const ParamTable<Parameters>& parameter_table() { return kTable; }
 
 const char* conflict_in(const Parameters& parameters) {
-  const auto& [imu, vision, range, start] = parameters.estimator;
+  const auto& [imu, vision, range, start, calibration] = parameters.estimator;
   if (range.min_range_m >= range.max_range_m) return "range.min_range must be below range.max_range";
   if (vision.min_depth_m >= vision.max_depth_m) return "vision.min_depth must be below vision.max_depth";
+  if (vision.pixel_noise_min_px > vision.pixel_noise_max_px) {
+    return "vision.pixel_noise_min must not be above vision.pixel_noise_max";
+  }
   if (start.motion_window_s > start.motion_window_max_s) {
     return "start.motion_window must not be above start.motion_window_max";
   }

@@ -1,10 +1,18 @@
 #pragma once
-// The two shipped sets of compile-time sizes. Everything static in the flight software takes its capacity from one of
+// The shipped sets of compile-time sizes. Everything static in the flight software takes its capacity from one of
 // these, given as a template argument; check_mission_config refuses nonsense when it is compiled.
 
 #include <cstddef>
 
 namespace plumb {
+
+/// Which calibration states a configuration has room for. Parameters (calibration.*) decide which of them are
+/// estimated.
+struct CalibrationBlocks {
+  bool imu_scale = false;     ///< scale factors of gyro and accelerometer: 6 states
+  bool camera = false;        ///< time offset and mounting of the camera: 7 states
+  bool range_finder = false;  ///< direction and origin of the range finder's beam: 5 states
+};
 
 /// The settings of the paper's experiments (section VI): M = 4 poses, N = 27 SLAM features.
 struct PaperConfig {
@@ -15,6 +23,7 @@ struct PaperConfig {
   static constexpr std::size_t kMaxMsckfPerFrame = 24;  ///< tracks used in one MSCKF update
   static constexpr std::size_t kMaxImageWidth = 752;    ///< px
   static constexpr std::size_t kMaxImageHeight = 480;   ///< px
+  static constexpr CalibrationBlocks kCalibration{};
 };
 
 /// The flight settings, chosen by measured accuracy for the time spent.
@@ -26,6 +35,13 @@ struct FlightConfig {
   static constexpr std::size_t kMaxMsckfPerFrame = 24;
   static constexpr std::size_t kMaxImageWidth = 752;
   static constexpr std::size_t kMaxImageHeight = 480;
+  static constexpr CalibrationBlocks kCalibration{};
+};
+
+/// The flight settings with room for every calibration state: for flights that calibrate the sensors.
+struct SelfCalibratingConfig : FlightConfig {
+  static constexpr const char* kName = "calibrating";
+  static constexpr CalibrationBlocks kCalibration{.imu_scale = true, .camera = true, .range_finder = true};
 };
 
 template <class Config>
@@ -40,5 +56,6 @@ constexpr bool check_mission_config() {
 }
 static_assert(check_mission_config<PaperConfig>());
 static_assert(check_mission_config<FlightConfig>());
+static_assert(check_mission_config<SelfCalibratingConfig>());
 
 }  // namespace plumb

@@ -79,6 +79,29 @@ void assign_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, const
   mirror_block(p, at, rows);
 }
 
+void add_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, std::size_t from) {
+  const std::size_t rows = jacobian.rows();
+  PLUMB_ASSERT(rows <= kMovingRows && (at + rows <= from || from + jacobian.cols() <= at));
+  for (std::size_t r = 0; r < rows; ++r) {
+    double* __restrict out = p.row(at + r);
+    for (std::size_t k = 0; k < jacobian.cols(); ++k) {
+      const double j = jacobian(r, k);
+      const double* __restrict pk = p.row(from + k);
+      for (std::size_t c = 0; c < p.cols(); ++c) out[c] += j * pk[c];
+    }
+  }
+  // The square block still lacks the right-hand factor: its columns gain what p[.., from..] J^T adds.
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t q = 0; q <= r; ++q) {
+      for (std::size_t k = 0; k < jacobian.cols(); ++k) p(at + r, at + q) += p(at + r, from + k) * jacobian(q, k);
+    }
+  }
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t q = r + 1; q < rows; ++q) p(at + r, at + q) = p(at + q, at + r);
+  }
+  mirror_block(p, at, rows);
+}
+
 void propagate_core(MatrixView p, const Mat15& phi, const Mat15& q) {
   const std::size_t n = p.cols();
   PLUMB_ASSERT(n <= kMaxStates);

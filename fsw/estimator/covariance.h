@@ -19,6 +19,9 @@ void move_block(MatrixView p, std::size_t from, std::size_t to, std::size_t coun
 /// read x[at..] itself. Used for re-anchoring and for features started from their observations. rows <= 3.
 void assign_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, const Support& support, const Mat3& noise);
 
+/// x[at..at+rows) <- x[at..at+rows) + J x[from..from+cols), J rows x cols, the two ranges apart. rows <= 9.
+void add_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, std::size_t from);
+
 /// out(row) <- J(row) P for rows whose non-zero columns are `support`.
 void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out);
 

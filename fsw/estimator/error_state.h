@@ -9,13 +9,15 @@
 // that no sensor can observe, a common translation and a common turn about gravity, are the same constant vectors at
 // every estimate: xi_p = t for all poses, and theta = e_z for all poses. Each Jacobian, evaluated at the best estimate,
 // keeps them in its null space, so no first-estimate bookkeeping is needed and no false heading information appears.
-// A camera pose cloned from the IMU has the very same (theta, xi_p), so cloning copies rows and columns.
+// A camera pose cloned from the IMU has the very same (theta, xi_p), so cloning copies rows and columns, and adds what
+// calibration errors do to the pose where those are estimated.
 // See docs/decisions.md; the published covariance is converted to the local convention of nav_state.h.
 
 #include <cstddef>
 #include <cstdint>
 
 #include "fsw/base/fixed_vector.h"
+#include "fsw/base/mission_config.h"
 #include "fsw/math/so3.h"
 
 namespace plumb {
@@ -30,14 +32,27 @@ inline constexpr std::size_t kPoseSize = 6;     ///< theta, xi_p of one camera p
 inline constexpr std::size_t kFeatureSize = 3;  ///< alpha, beta, rho
 
 using Mat15 = Eigen::Matrix<double, 15, 15, Eigen::RowMajor>;
+using Row5 = Eigen::Matrix<double, 1, 5>;
 using Row6 = Eigen::Matrix<double, 1, 6>;
 using Mat26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
 using Mat23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
-/// Offsets for one mission configuration: core, then the window's pose slots, then the features.
+/// Calibration errors (calibration.h), each block in this order: gyro scale (3), accelerometer scale (3); image time
+/// offset, s, camera rotation in I, rad (3), camera position in I, m (3); tilt of the beam, rad (2), its origin in C,
+/// m (3).
+inline constexpr std::size_t kImuScaleSize = 6;
+inline constexpr std::size_t kCameraMountSize = 7;
+inline constexpr std::size_t kBeamSize = 5;
+
+/// Offsets for one mission configuration: core, calibration, then the window's pose slots, then the features.
 template <class Config>
 struct ErrorLayout {
-  static constexpr std::size_t kPoses = kCoreSize;
+  static constexpr CalibrationBlocks kBlocks = Config::kCalibration;
+  static constexpr std::size_t kImuScale = kCoreSize;
+  static constexpr std::size_t kCameraMount = kImuScale + (kBlocks.imu_scale ? kImuScaleSize : 0);
+  static constexpr std::size_t kBeam = kCameraMount + (kBlocks.camera ? kCameraMountSize : 0);
+  static constexpr std::size_t kPoses = kBeam + (kBlocks.range_finder ? kBeamSize : 0);
+  static constexpr std::size_t kCalibrationSize = kPoses - kCoreSize;
   static constexpr std::size_t kFeatures = kPoses + kPoseSize * Config::kMaxPoses;
   static constexpr std::size_t kSize = kFeatures + kFeatureSize * Config::kMaxSlamFeatures;
   static constexpr std::size_t pose(std::size_t slot) { return kPoses + kPoseSize * slot; }
@@ -49,7 +64,7 @@ struct Segment {
   std::size_t start = 0;
   std::size_t length = 0;
 };
-/// Enough for the widest row there is, the ranged facet: IMU, three anchors, three features.
-using Support = FixedVector<Segment, 7>;
+/// Enough for the widest row there is, the ranged facet: IMU, calibration, three anchors, three features.
+using Support = FixedVector<Segment, 8>;
 
 }  // namespace plumb

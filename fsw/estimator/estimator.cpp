@@ -26,15 +26,18 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
       calibration_(calibration),
       observer_(observer),
       visual_(options.vision, calibration, options.range.max_features),
-      range_(options.range, calibration),
+      range_(options.range),
       image_stillness_(options.start, calibration),
-      start_window_(options, calibration) {}
+      start_window_(options, calibration) {
+  clear_state();
+}
 
 template <class Config>
 void Estimator<Config>::reset() {
-  state_.clear();
+  clear_state();
   tracks_.clear();
   while (!ranges_.empty()) drop_oldest_range(RangeOutcome::kStale);
+  visual_.clear();
   range_.clear();
   image_stillness_.clear();
   start_window_.clear();
@@ -86,7 +89,8 @@ Status Estimator<Config>::process(const Frame& frame) {
   ++counters_.frames;
   report_ = {};
   report_.tracks = static_cast<std::uint32_t>(frame.observations.size());
-  if (frame.t <= last_frame_t_) {
+  const Time t = state_.calibration().imu_time(frame.t);
+  if (t <= last_frame_t_) {
     ++counters_.frames_out_of_order;
     return Status::kOutOfOrder;
   }
@@ -94,44 +98,45 @@ Status Estimator<Config>::process(const Frame& frame) {
     ++counters_.imu_overflow;
     reset();
   }
-  const Time from = initialised_ ? state_.t : frame.t;
-  if (!imu_.spans(from, frame.t)) {
+  const Time from = initialised_ ? state_.t : t;
+  if (!imu_.spans(from, t)) {
     ++counters_.frames_without_imu;
     return Status::kStale;
   }
-  const Time window_start = frame.t - Duration::from_seconds(options_.start.still_window_s);
+  const Time window_start = t - Duration::from_seconds(options_.start.still_window_s);
   const ImageEvidence image = image_stillness_.update(frame);
-  standing_ = image.still && imu_is_still(imu_, window_start, frame.t, options_);
+  standing_ = image.still && imu_is_still(imu_, window_start, t, options_);
   max_flow_per_s_ = image.max_flow_per_s;
 
   Status status = initialised_ ? fuse_image(frame) : start(frame);
-  last_frame_t_ = frame.t;
-  imu_.drop_before(frame.t - Duration::from_seconds(kKeptImu));
+  last_frame_t_ = t;
+  imu_.drop_before(t - Duration::from_seconds(kKeptImu));
   if (status == Status::kNumericalFault) {
     ++counters_.numerical_faults;
     reset();
   }
-  publish(report_.slam_used + report_.msckf_used > 0, frame.t);
+  publish(report_.slam_used + report_.msckf_used > 0, t);
   return status;
 }
 
 template <class Config>
 Status Estimator<Config>::fuse_image(const Frame& frame) {
+  const Time t = state_.calibration().imu_time(frame.t);
   tracks_.append(frame);  // first: the tracks at the laser's spots take their ranges
-  Status status = fuse_ranges_until(frame.t, false);
+  Status status = fuse_ranges_until(t, false);
   if (!ok(status)) return status;
   {
     StageScope scope(observer_, Stage::kPropagation);
-    propagate_to(frame.t);
-    make_room_for_clone(frame.t);
-    state_.clone_camera(frame.sequence, calibration_.q_IC, calibration_.p_IC_m);
+    propagate_to(t);
+    make_room_for_clone(t);
+    state_.clone_camera(frame.sequence, state_.core.rates(imu_.rates_at(t)).gyro_rad_s);
   }
   status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
   if (!ok(status)) return status;
-  if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = frame.t;
-  if (standing_) status = fuse_standing(frame.t);
+  if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = t;
+  if (standing_) status = fuse_standing(t);
   if (!ok(status)) return status;
-  status = fuse_ranges_until(frame.t, true);
+  status = fuse_ranges_until(t, true);
   if (!ok(status)) return status;
   return state_.healthy() ? Status::kOk : Status::kNumericalFault;
 }
@@ -140,10 +145,15 @@ template <class Config>
 void Estimator<Config>::propagate_to(Time t) {
   if (!(state_.t < t)) return;
   CoreTransition transition;
+  transition.with_scale = state_.estimates_scale();
   imu_.for_each_interval(state_.t, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
     propagate_step(state_.core, transition, a, b, dt, options_.imu);
   });
   propagate_core(state_.covariance(), transition.phi, transition.q);
+  if (transition.with_scale) {
+    const ConstMatrixView by_scale(transition.by_scale.data(), kGyroBias, kImuScaleSize, kImuScaleSize);
+    add_linear(state_.covariance(), 0, by_scale, ErrorLayout<Config>::kImuScale);
+  }
   state_.t = t;
 }
 
@@ -244,11 +254,14 @@ void Estimator<Config>::publish(bool visual, Time t) {
   nav_.q_WI = {m.q_WI.w(), m.q_WI.x(), m.q_WI.y(), m.q_WI.z()};
   Eigen::Map<Vec3>(nav_.b_gyro_rad_s.data()) = state_.core.b_gyro_rad_s;
   Eigen::Map<Vec3>(nav_.b_accel_m_s2.data()) = state_.core.b_accel_m_s2;
+  Eigen::Map<Vec3>(nav_.gyro_scale.data()) = state_.core.gyro_scale;
+  Eigen::Map<Vec3>(nav_.accel_scale.data()) = state_.core.accel_scale;
   const ConstMatrixView p = static_cast<const FilterState<Config>&>(state_).covariance();
   Eigen::Map<Mat15>(nav_.covariance.data()) = to_nav_covariance(p, m.q_WI, m.p_WI_m, m.v_WI_m_s);
 }
 
 template class Estimator<PaperConfig>;
 template class Estimator<FlightConfig>;
+template class Estimator<SelfCalibratingConfig>;
 
 }  // namespace plumb

@@ -38,11 +38,11 @@ class Estimator {
   /// kFull: counted and dropped.
   Status add_range(const RangeSample& sample);
 
-  /// True when the buffered IMU reaches t, so that process() at t can integrate exactly to it.
-  bool imu_reaches(Time t) const { return imu_.newest() >= t; }
-  /// Camera rotation from the last processed image to t, from the gyro and the bias estimate; and where in the image at
-  /// t the spots of the ranges so far are.
-  MotionPrediction predict_motion(Time t) const;
+  /// True when the buffered IMU reaches the image with this stamp, so that process() can integrate exactly to it.
+  bool imu_reaches(Time stamp) const { return imu_.newest() >= state_.calibration().imu_time(stamp); }
+  /// Camera rotation from the last processed image to the one with this stamp, from the gyro and the bias estimate; and
+  /// where in it the spots of the ranges so far are.
+  MotionPrediction predict_motion(Time stamp) const;
 
   /// Fuses everything up to the image time and then the image. kNotReady while initialising (state().valid is false);
   /// kOutOfOrder and kStale (no IMU around the image): counted and dropped; kNumericalFault: the filter has been reset.
@@ -52,14 +52,18 @@ class Estimator {
   /// at the next image.
   void start_from(const NavState& truth);
 
-  /// The state at the newest processed image.
+  /// The state at the newest processed image. Its time is the IMU's: the image's stamp and the estimated time offset.
   const NavState& state() const { return nav_; }
   const FrameReport& report() const { return report_; }
-  /// The filter's own state, for tests and logs.
-  const FilterState<Config>& filter() const { return state_; }
   /// The features in the state, for pictures and logs.
   const FixedVector<SlamFeature, Config::kMaxSlamFeatures>& slam_features() const { return state_.features; }
+  /// All of the filter, for analyses.
+  const FilterState<Config>& filter() const { return state_; }
   const EstimatorCounters& counters() const { return counters_; }
+  /// What the filter has made of the sensors' calibration.
+  CalibrationReport calibration() const { return state_.calibration_report(); }
+  /// What it takes for the noise of a tracked feature, 1 sigma.
+  double pixel_noise_px() const { return visual_.pixel_noise_px(); }
   /// 64-bit hash over all that is carried from image to image once the filter runs, every bit of it: the nominal state,
   /// the whole covariance, the tracks, what is remembered of ranges, images and IMU samples. Two estimators that agree
   /// in it and are given the same from now on agree for ever. Samples that wait to be used are not in it: when they
@@ -73,6 +77,7 @@ class Estimator {
     }
     h.add(std::uint64_t{standing_ ? 1U : 0U});
     tracks_.add_to(h);
+    visual_.add_to(h);
     range_.add_to(h);
     image_stillness_.add_to(h);
     imu_.add_to(h, state_.t);
@@ -96,6 +101,7 @@ class Estimator {
     Vec2 z = Vec2::Zero();  ///< normalised image plane
     double depth_m = 0.0;   ///< along the optical axis
     double cos_axis = 0.0;  ///< between beam and optical axis
+    RangeRay ray;
   };
   /// Nothing where no track could prove the range.
   std::optional<LaserSpot> laser_spot(const RangeSample& range, Time t) const;
@@ -116,6 +122,11 @@ class Estimator {
   Status start_standing(const Frame& frame);
   Status start_in_motion(const Frame& frame);
   void start_from_given(const Frame& frame);
+  /// Nothing is known but the calibration, as the file says.
+  void clear_state() {
+    state_.clear();
+    state_.set_calibration(calibration_, {});
+  }
   void begin_filter(Time t, const CoreState& core, const Mat15& covariance);
   /// Independent priors; yaw and position pinned, biases from the options.
   Mat15 start_covariance(double tilt_rad, double velocity_m_s) const;

@@ -33,16 +33,18 @@ Status Estimator<Config>::add_range(const RangeSample& sample) {
 }
 
 template <class Config>
-MotionPrediction Estimator<Config>::predict_motion(Time t) const {
+MotionPrediction Estimator<Config>::predict_motion(Time stamp) const {
   MotionPrediction out;
+  const Time t = state_.calibration().imu_time(stamp);
   if (last_frame_t_ == Time::never() || !imu_.spans(last_frame_t_, t)) return out;
   Quat dq = Quat::Identity();
-  const Vec3 bias = initialised_ ? state_.core.b_gyro_rad_s : Vec3::Zero();
+  const CoreState core = initialised_ ? state_.core : CoreState{};
   imu_.for_each_interval(last_frame_t_, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
-    dq = dq * so3_exp((0.5 * (a.gyro_rad_s + b.gyro_rad_s) - bias) * dt);
+    dq = dq * so3_exp(core.rates({0.5 * (a.gyro_rad_s + b.gyro_rad_s), Vec3::Zero()}).gyro_rad_s * dt);
   });
   out.valid = true;
-  out.q_CnowCprev = (calibration_.q_IC.conjugate() * dq.conjugate() * calibration_.q_IC).normalized();
+  const Quat& q_IC = state_.calibration().sensors().q_IC;
+  out.q_CnowCprev = (q_IC.conjugate() * dq.conjugate() * q_IC).normalized();
   if (initialised_ && options_.range.feature && stays(t)) {
     for (const RangeSample& range : ranges_) {
       const std::optional<LaserSpot> spot = laser_spot(range, t);
@@ -64,24 +66,24 @@ std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_sp
   if (!imu_.spans(state_.t, t)) return std::nullopt;
   KinematicState motion = state_.core.motion;
   const auto carry = [&](Time from, Time to) {
-    const auto debiased = [this](const InertialRates& raw) {
-      return without_bias(raw, state_.core.b_gyro_rad_s, state_.core.b_accel_m_s2);
-    };
     imu_.for_each_interval(from, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
-      strapdown_step(motion, debiased(a), debiased(b), dt, options_.imu.gravity_m_s2);
+      strapdown_step(motion, state_.core.rates(a), state_.core.rates(b), dt, options_.imu.gravity_m_s2);
     });
   };
   carry(state_.t, range.t);
-  const Vec3 spot_C = calibration_.impact_C_m(range.range_m);
-  const Vec3 spot_W = motion.p_WI_m + motion.q_WI * (calibration_.p_IC_m + calibration_.q_IC * spot_C);
-  const Vec3 beam_W = motion.q_WI * (calibration_.q_IC * calibration_.u_C);
+  const SensorCalibration& sensors = state_.calibration().sensors();
+  const Vec3 spot_C = sensors.impact_C_m(range.range_m);
+  const Quat q_WC_then = motion.q_WI * sensors.q_IC;
+  const Vec3 spot_W = motion.p_WI_m + motion.q_WI * (sensors.p_IC_m + sensors.q_IC * spot_C);
+  const Vec3 beam_W = motion.q_WI * (sensors.q_IC * sensors.u_C);
   carry(range.t, t);
-  const Quat q_CW = (motion.q_WI * calibration_.q_IC).conjugate();
-  const Vec3 seen_C = q_CW * (spot_W - motion.p_WI_m - motion.q_WI * calibration_.p_IC_m);
+  const Quat q_CW = (motion.q_WI * sensors.q_IC).conjugate();
+  const Vec3 seen_C = q_CW * (spot_W - motion.p_WI_m - motion.q_WI * sensors.p_IC_m);
   const double cos_axis = (q_CW * beam_W).z();
   constexpr double kMinCosine = 0.1;  // a beam across the image says little about depth
   if (!(seen_C.z() > 0.0) || !(cos_axis > kMinCosine)) return std::nullopt;
-  const LaserSpot spot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis};
+  const Vec3 axis_C = (q_CW * q_WC_then).conjugate() * Vec3::UnitZ();
+  const LaserSpot spot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis, {range.range_m, spot_C, axis_C}};
   if (!moves_across(spot, t)) return std::nullopt;
   return spot;
 }
@@ -93,7 +95,7 @@ template <class Config>
 bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
   if (standing_ || !(t > last_frame_t_)) return false;
   const Quat& q_WI = state_.core.motion.q_WI;
-  const Vec3 ray_W = q_WI * (calibration_.q_IC * spot.z.homogeneous().normalized());
+  const Vec3 ray_W = q_WI * (state_.calibration().sensors().q_IC * spot.z.homogeneous().normalized());
   const double across_m_s = ray_W.cross(state_.core.motion.v_WI_m_s).norm();
   const double step_s = std::max((t - last_frame_t_).seconds(), options_.vision.pose_interval_s);
   const double window_s = static_cast<double>(Config::kMaxPoses - 1) * step_s;
@@ -129,7 +131,8 @@ bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   const double rho = 1.0 / spot->depth_m;
   const double sigma_m =
       std::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
-  taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho};
+  taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho, std::nullopt};
+  if (state_.estimates_beam()) taker->range->ray = spot->ray;
   report_.range_feature = taker->id;
   return true;
 }
@@ -153,7 +156,7 @@ RangeSample Estimator<Config>::take_range() {
       last_range_sample_t_ == Time::never() || (range.t - last_range_sample_t_).seconds() > kAidingTimeout_s;
   if (silent) range_depths_m_.clear();  // what was below then may be far away by now
   if (range_depths_m_.full()) range_depths_m_.erase(0);
-  static_cast<void>(range_depths_m_.push_back(calibration_.impact_C_m(range.range_m).z()));
+  static_cast<void>(range_depths_m_.push_back(state_.calibration().sensors().impact_C_m(range.range_m).z()));
   last_range_sample_t_ = range.t;
   return range;
 }

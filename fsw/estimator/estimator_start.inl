@@ -35,6 +35,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   tracks_.clear();
   state_.t = t;
   state_.core = core;
+  state_.set_calibration(calibration_, options_.calibration);
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
   drop_ranges_before(t, RangeOutcome::kStale);
   initialised_ = true;
@@ -62,7 +63,7 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   const ImuStatistics rest = imu_.statistics(frame.t - Duration::from_seconds(span_s), frame.t);
   CoreState core;
   core.motion.q_WI = level_attitude(rest.mean_accel_m_s2);
-  state_.clear();
+  clear_state();
   state_.t = frame.t;                                 // what is recent is judged by it
   drop_ranges_before(frame.t, RangeOutcome::kStale);  // they tell the depth to standing_noise()
   const StandingNoise noise = standing_noise();

@@ -1,13 +1,17 @@
 #pragma once
 // The state of the filter: IMU core, sliding window of camera poses, features, and the one covariance.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "fsw/base/hash.h"
 #include "fsw/base/time.h"
+#include "fsw/estimator/calibration.h"
 #include "fsw/estimator/covariance.h"
 #include "fsw/estimator/propagation.h"
+#include "fsw/estimator/report.h"
 #include "fsw/estimator/visual_model.h"
 
 namespace plumb {
@@ -36,14 +40,25 @@ class FilterState {
   CoreState core;
   FixedVector<SlamFeature, Config::kMaxSlamFeatures> features;
 
-  /// Everything forgotten; covariance zero.
+  /// Everything forgotten but the calibration as it stands, which counts as known from now on; covariance zero.
   void clear() {
     t = Time::never();
     core = {};
     features.clear();
     window_.clear();
     covariance_.clear();
+    estimated_ = {};
   }
+
+  /// Calibration as in the file, with these uncertainties; those of blocks that the configuration lacks are ignored.
+  void set_calibration(const SensorCalibration& file, const CalibrationOptions& sigmas);
+  const CalibrationState& calibration() const { return calibration_; }
+  bool estimates_scale() const {
+    return Layout::kBlocks.imu_scale && estimates(Layout::kImuScale, Layout::kCameraMount);
+  }
+  bool estimates_camera() const { return Layout::kBlocks.camera && estimates(Layout::kCameraMount, Layout::kBeam); }
+  bool estimates_beam() const { return Layout::kBlocks.range_finder && estimates(Layout::kBeam, Layout::kPoses); }
+  CalibrationReport calibration_report() const;
 
   /// Active states: core, every pose slot (used or not), features present.
   std::size_t size() const { return Layout::feature(features.size()); }
@@ -65,8 +80,9 @@ class FilterState {
   /// Drops the i-th oldest pose. Features anchored there move to the newest other pose first; one that cannot is
   /// removed.
   void drop_pose(std::size_t i);
-  /// Appends the present camera pose. Precondition: the window has a free slot.
-  void clone_camera(std::uint32_t sequence, const Quat& q_IC, const Vec3& p_IC_m);
+  /// Appends the present camera pose. Precondition: the window has a free slot. `rate_I_rad_s`: how I turns at this
+  /// moment, which the time offset of the image needs.
+  void clone_camera(std::uint32_t sequence, const Vec3& rate_I_rad_s = Vec3::Zero());
   /// Appends a feature without correlation to anything. kFull when there is no slot.
   Status add_feature(const SlamFeature& feature, const Mat3& covariance);
   /// Appends a feature whose error is J x + w, w of covariance `noise`; J is 3 x size().
@@ -83,7 +99,14 @@ class FilterState {
 
  private:
   bool reanchor(SlamFeature& feature, std::size_t index, std::size_t slot);
+  /// Whether any of these calibration states is estimated.
+  bool estimates(std::size_t from, std::size_t to) const {
+    return std::any_of(estimated_.begin() + (from - kCoreSize), estimated_.begin() + (to - kCoreSize),
+                       [](bool e) { return e; });
+  }
 
+  CalibrationState calibration_;
+  std::array<bool, Layout::kCalibrationSize> estimated_{};  ///< of the calibration states; the others stay as they are
   std::array<WindowPose, Config::kMaxPoses> poses_;
   FixedVector<std::size_t, Config::kMaxPoses> window_;
   MatrixStorage<Layout::kSize, Layout::kSize> covariance_;

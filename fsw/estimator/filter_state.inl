@@ -35,7 +35,7 @@ void FilterState<Config>::drop_pose(std::size_t i) {
 }
 
 template <class Config>
-void FilterState<Config>::clone_camera(std::uint32_t sequence, const Quat& q_IC, const Vec3& p_IC_m) {
+void FilterState<Config>::clone_camera(std::uint32_t sequence, const Vec3& rate_I_rad_s) {
   bool used[Config::kMaxPoses] = {};
   for (std::size_t slot : window_) used[slot] = true;
   std::size_t slot = 0;
@@ -44,12 +44,57 @@ void FilterState<Config>::clone_camera(std::uint32_t sequence, const Quat& q_IC,
 
   WindowPose& added = poses_[slot];
   added.sequence = sequence;
-  added.q_WC = (core.motion.q_WI * q_IC).normalized();
+  added.q_WC = (core.motion.q_WI * calibration_.sensors().q_IC).normalized();
   added.camera.R_WC = added.q_WC.toRotationMatrix();
-  added.camera.p_WC_m = core.motion.p_WI_m + core.motion.q_WI * p_IC_m;
+  added.camera.p_WC_m = core.motion.p_WI_m + core.motion.q_WI * calibration_.sensors().p_IC_m;
   static_assert(kXiP == kTheta + 3, "a clone copies theta and xi_p as one block");
   clone_block(covariance(), kTheta, Layout::pose(slot), kPoseSize);
+  if (estimates_camera()) {
+    const Mat67 by_mount = calibration_.camera_by_mount(core.motion, rate_I_rad_s);
+    add_linear(covariance(), Layout::pose(slot),
+               ConstMatrixView(by_mount.data(), kPoseSize, kCameraMountSize, kCameraMountSize), Layout::kCameraMount);
+  }
   static_cast<void>(window_.push_back(slot));
+}
+
+template <class Config>
+void FilterState<Config>::set_calibration(const SensorCalibration& file, const CalibrationOptions& sigmas) {
+  calibration_ = CalibrationState(file);
+  core.gyro_scale = core.accel_scale = Vec3::Zero();
+  const auto set = [this](bool room, std::size_t at, std::size_t count, double sigma) {
+    if (!room || sigma == 0.0) return;
+    for (std::size_t i = at; i < at + count; ++i) {
+      covariance()(i, i) = sigma * sigma;
+      estimated_[i - kCoreSize] = true;
+    }
+  };
+  const CalibrationBlocks room = Layout::kBlocks;
+  set(room.imu_scale, Layout::kImuScale, 3, sigmas.gyro_scale_sigma);
+  set(room.imu_scale, Layout::kImuScale + 3, 3, sigmas.accel_scale_sigma);
+  set(room.camera, Layout::kCameraMount, 1, sigmas.time_offset_sigma_s);
+  set(room.camera, Layout::kCameraMount + 1, 3, sigmas.camera_rotation_sigma_rad);
+  set(room.camera, Layout::kCameraMount + 4, 3, sigmas.camera_position_sigma_m);
+  set(room.range_finder, Layout::kBeam, 2, sigmas.beam_tilt_sigma_rad);
+  set(room.range_finder, Layout::kBeam + 2, 3, sigmas.beam_origin_sigma_m);
+}
+
+template <class Config>
+CalibrationReport FilterState<Config>::calibration_report() const {
+  static_assert(CalibrationReport::kSize == kImuScaleSize + kCameraMountSize + kBeamSize);
+  CalibrationReport report;
+  Eigen::Map<Vec3>(report.value.data()) = core.gyro_scale;
+  Eigen::Map<Vec3>(report.value.data() + 3) = core.accel_scale;
+  const auto mounts = calibration_.difference_from_file();
+  std::copy(mounts.begin(), mounts.end(), report.value.begin() + kImuScaleSize);
+  const ConstMatrixView p = covariance();
+  const auto sigmas = [&](bool room, std::size_t at, std::size_t count, std::size_t to) {
+    for (std::size_t i = 0; room && i < count; ++i) report.sigma[to + i] = std::sqrt(std::max(p(at + i, at + i), 0.0));
+  };
+  const CalibrationBlocks room = Layout::kBlocks;
+  sigmas(room.imu_scale, Layout::kImuScale, kImuScaleSize, 0);
+  sigmas(room.camera, Layout::kCameraMount, kCameraMountSize, kImuScaleSize);
+  sigmas(room.range_finder, Layout::kBeam, kBeamSize, kImuScaleSize + kCameraMountSize);
+  return report;
 }
 
 template <class Config>
@@ -82,6 +127,12 @@ void FilterState<Config>::remove_feature(std::size_t i) {
 template <class Config>
 void FilterState<Config>::retract(const double* dx) {
   retract_core(core, dx);
+  if (estimates_scale()) {
+    core.gyro_scale += Vec3(dx + Layout::kImuScale);
+    core.accel_scale += Vec3(dx + Layout::kImuScale + 3);
+  }
+  if (estimates_camera()) calibration_.retract_camera(dx + Layout::kCameraMount);
+  if (estimates_beam()) calibration_.retract_beam(dx + Layout::kBeam);
   for (std::size_t slot : window_) {
     WindowPose& pose = poses_[slot];
     const double* error = dx + Layout::pose(slot);
@@ -98,6 +149,8 @@ bool FilterState<Config>::healthy() const {
   bool all = core.motion.q_WI.coeffs().allFinite() && core.motion.p_WI_m.allFinite() &&
              core.motion.v_WI_m_s.allFinite() && core.b_gyro_rad_s.allFinite() && core.b_accel_m_s2.allFinite();
   for (std::size_t i = 0; i < kCoreSize; ++i) all = all && good(i);
+  all = all && calibration_.finite() && core.gyro_scale.allFinite() && core.accel_scale.allFinite();
+  for (std::size_t i = 0; i < Layout::kCalibrationSize; ++i) all = all && (!estimated_[i] || good(kCoreSize + i));
   for (std::size_t slot : window_) {
     for (std::size_t i = 0; i < kPoseSize; ++i) all = all && good(Layout::pose(slot) + i);
   }
@@ -129,7 +182,23 @@ std::uint64_t FilterState<Config>::hash() const {
     h.add(feature.parameters.data(), 3);
   }
   const ConstMatrixView p = covariance();
-  for (std::size_t r = 0; r < p.rows(); ++r) h.add(p.row(r), p.cols());
+  if constexpr (Layout::kCalibrationSize == 0) {
+    for (std::size_t r = 0; r < p.rows(); ++r) h.add(p.row(r), p.cols());
+    return h.value();
+  }
+  // What is not estimated has no say: the hash is that of a filter without room for it.
+  const auto counts = [this](std::size_t i) {
+    return i < kCoreSize || i >= Layout::kPoses || estimated_[i - kCoreSize];
+  };
+  for (std::size_t r = 0; r < p.rows(); ++r) {
+    for (std::size_t c = 0; counts(r) && c < p.cols(); ++c) {
+      if (counts(c)) h.add(p(r, c));
+    }
+  }
+  const CalibrationReport report = calibration_report();
+  for (std::size_t i = 0; i < CalibrationReport::kSize; ++i) {
+    if (report.sigma[i] > 0.0) h.add(report.value[i]);
+  }
   return h.value();
 }
 

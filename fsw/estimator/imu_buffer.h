@@ -54,6 +54,9 @@ class ImuBuffer {
     }
   }
 
+  /// The rates at t, interpolated. Precondition: spans(t, t).
+  InertialRates rates_at(Time t) const { return rates_at(t, first_after(t)); }
+
   /// Adds the samples at or before `until` to a hash.
   void add_to(Hash64& hash, Time until) const;
   /// Over the samples in [from, to].

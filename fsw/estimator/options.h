@@ -33,7 +33,10 @@ struct ImuOptions {
 };
 
 struct VisionOptions {
-  double pixel_noise_px = 1.0;          ///< 1 sigma of a tracked feature, its drift from image to image included
+  double pixel_noise_px = 1.0;      ///< 1 sigma of a tracked feature, its drift from image to image included
+  int pixel_noise_images = 0;       ///< images over which the noise follows the innovations; 0: it stays
+  double pixel_noise_min_px = 0.3;  ///< and the limits it keeps to
+  double pixel_noise_max_px = 3.0;
   double gate_probability = 0.99;       ///< chi-square gate of visual rows
   double min_parallax_px = 6.0;         ///< rotation-free track extent needed to triangulate
   double ranged_min_parallax_px = 1.0;  ///< the same for a track with a range: enough to tell a false echo
@@ -77,11 +80,24 @@ struct StartOptions {
   double motion_window_max_s = 1.5;  ///< longest: then ranges start it with the uncertainty it has
 };
 
+/// What the sensors' calibration is uncertain by, 1 sigma per axis. 0: taken as it stands. Of use only in mission
+/// configurations that have room for the states (CalibrationBlocks).
+struct CalibrationOptions {
+  double time_offset_sigma_s = 0.0;        ///< of image stamps against the IMU's
+  double camera_rotation_sigma_rad = 0.0;  ///< of the camera in I
+  double camera_position_sigma_m = 0.0;
+  double beam_tilt_sigma_rad = 0.0;  ///< of the range finder's beam in C
+  double beam_origin_sigma_m = 0.0;
+  double gyro_scale_sigma = 0.0;
+  double accel_scale_sigma = 0.0;
+};
+
 struct EstimatorOptions {
   ImuOptions imu;
   VisionOptions vision;
   RangeOptions range;
   StartOptions start;
+  CalibrationOptions calibration;
 };
 
 }  // namespace plumb

@@ -39,8 +39,8 @@ Mat15 error_dynamics(const KinematicState& motion, double gravity_m_s2) {
 void propagate_step(CoreState& state, CoreTransition& transition, const InertialRates& start, const InertialRates& end,
                     double dt_s, const ImuOptions& options) {
   const KinematicState before = state.motion;
-  const InertialRates a = without_bias(start, state.b_gyro_rad_s, state.b_accel_m_s2);
-  const InertialRates b = without_bias(end, state.b_gyro_rad_s, state.b_accel_m_s2);
+  const InertialRates a = state.rates(start);
+  const InertialRates b = state.rates(end);
   strapdown_step(state.motion, a, b, dt_s, options.gravity_m_s2);
 
   // Linearise at the middle of the step.
@@ -74,6 +74,14 @@ void propagate_step(CoreState& state, CoreTransition& transition, const Inertial
   transition.q = phi_q.lazyProduct(phi.transpose()) + weighted.lazyProduct(hg.transpose());
   const Mat15 chained = phi.lazyProduct(transition.phi);
   transition.phi = chained;
+  if (!transition.with_scale) return;
+  // A scale error is a bias that follows the reading, with the other sign.
+  Eigen::Matrix<double, 6, 1> read;
+  read << 0.5 * (start.gyro_rad_s + end.gyro_rad_s), 0.5 * (start.accel_m_s2 + end.accel_m_s2);
+  const Mat15 over_step = Mat15::Identity() + 0.5 * f + (1.0 / 6.0) * f2;
+  const Mat156 by_reading = over_step.lazyProduct(f.block<15, 6>(0, at(kGyroBias)));
+  const Mat156 carried = phi.lazyProduct(transition.by_scale);
+  transition.by_scale = carried - by_reading * read.asDiagonal();
 }
 
 }  // namespace plumb

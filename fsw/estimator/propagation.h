@@ -13,7 +13,16 @@ struct CoreState {
   KinematicState motion;
   Vec3 b_gyro_rad_s = Vec3::Zero();
   Vec3 b_accel_m_s2 = Vec3::Zero();
+  Vec3 gyro_scale = Vec3::Zero();  ///< a reading is to be multiplied by 1 + scale, axis by axis, before the bias goes
+  Vec3 accel_scale = Vec3::Zero();
+
+  /// What an IMU reading says of the motion.
+  InertialRates rates(const InertialRates& read) const {
+    return without_bias(with_scale(read, gyro_scale, accel_scale), b_gyro_rad_s, b_accel_m_s2);
+  }
 };
+
+using Mat156 = Eigen::Matrix<double, 15, 6, Eigen::RowMajor>;
 
 /// Moves a pose by the right-invariant correction (theta, xi), exactly on the group.
 void retract_pose(const Vec3& theta, const Vec3& xi_p, Quat& q, Vec3& p);
@@ -25,6 +34,8 @@ void retract_core(CoreState& core, const double* error);
 struct CoreTransition {
   Mat15 phi = Mat15::Identity();
   Mat15 q = Mat15::Zero();
+  bool with_scale = false;           ///< whether by_scale is wanted
+  Mat156 by_scale = Mat156::Zero();  ///< what errors of the scale factors (gyro, accelerometer) add to the core error
 };
 
 /// Advances the nominal state over one IMU interval of dt_s seconds (raw, bias-carrying rates at both ends) and appends

@@ -37,6 +37,8 @@ Status predict_range(const CameraPose& camera, const Beam& beam, const Facet& fa
   // A rigid displacement (theta, xi) of a pose moves a point X fixed to it by xi - [X]x theta.
   const Eigen::RowVector3d row = n.transpose() / b;
   out.by_camera << row * skew(impact), -row;
+  out.by_origin = -row * camera.R_WC;
+  out.by_direction = out.range_m * out.by_origin;
   for (std::size_t j = 0; j < 3; ++j) {
     const double lambda = out.lambda(static_cast<Eigen::Index>(j));
     const FeatureParameters& p = facet[j].feature;

@@ -27,7 +27,9 @@ struct RangePrediction {
   Vec3 lambda = Vec3::Zero();       ///< barycentric coordinates of the impact, sum 1
   Row6 by_camera = Row6::Zero();    ///< d range / d (theta, xi_p) of the camera (or of the IMU carrying it)
   std::array<Row6, 3> by_anchor{};  ///< d range / d (theta, xi_p) of each vertex's anchor
-  std::array<Eigen::RowVector3d, 3> by_feature{};  ///< d range / d (alpha, beta, rho) of each vertex
+  Eigen::RowVector3d by_origin = Eigen::RowVector3d::Zero();     ///< d range / d p_CR
+  Eigen::RowVector3d by_direction = Eigen::RowVector3d::Zero();  ///< d range / d u_C, along the unit sphere
+  std::array<Eigen::RowVector3d, 3> by_feature{};                ///< d range / d (alpha, beta, rho) of each vertex
 };
 
 /// kIllConditioned: the three features are in line, or the beam grazes their plane; kInvalidValue: a vertex without

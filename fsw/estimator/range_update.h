@@ -17,12 +17,8 @@ class RangeUpdate {
  public:
   using Layout = ErrorLayout<Config>;
 
-  RangeUpdate(const RangeOptions& options, const SensorCalibration& calibration)
-      : options_(options),
-        calibration_(calibration),
-        beam_{calibration.p_CR_m, calibration.u_C},
-        gate_(options.gate_sigma * options.gate_sigma),
-        gate_cost_(gate_cost(gate_, 1)) {}
+  explicit RangeUpdate(const RangeOptions& options)
+      : options_(options), gate_(options.gate_sigma * options.gate_sigma), gate_cost_(gate_cost(gate_, 1)) {}
 
   /// Forgets the facets of a flight that has been reset.
   void clear() { repeats_.clear(); }
@@ -37,10 +33,6 @@ class RangeUpdate {
   static constexpr double kMaxDepthUncertainty = 0.75;
   using Vertices = std::array<std::size_t, 3>;
 
-  CameraPose camera_of(const CoreState& core) const {
-    return {(core.motion.q_WI * calibration_.q_IC).toRotationMatrix(),
-            core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m};
-  }
   /// The facet that was hit.
   struct Target {
     Vertices vertices{};
@@ -55,8 +47,6 @@ class RangeUpdate {
                        const Target& target, double range_m, FrameReport& report) const;
 
   RangeOptions options_;
-  SensorCalibration calibration_;
-  Beam beam_;
   double gate_;       ///< squared Mahalanobis distance
   double gate_cost_;  ///< a gate at two sigma refuses one good range in 22, which the others pay for
   SeenFeatures<Config> seen_;
@@ -66,7 +56,7 @@ class RangeUpdate {
 template <class Config>
 Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m,
                                  FrameReport& report) {
-  const CameraPose camera = camera_of(state.core);
+  const CameraPose camera = state.calibration().camera(state.core.motion);
   gather(state, camera);
   const Result<Target> target = facet_under_beam(state, camera, range_m);
   if (!target) {
@@ -101,7 +91,7 @@ template <class Config>
 Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_beam(const FilterState<Config>& state,
                                                                                    const CameraPose& camera,
                                                                                    double range_m) {
-  const Vec3 impact_C = calibration_.impact_C_m(range_m);
+  const Vec3 impact_C = state.calibration().sensors().impact_C_m(range_m);
   if (!(impact_C.z() > 0.0)) return Status::kRejected;
   const Vec2 query = impact_C.head<2>() / impact_C.z();
   const Result<FacetChoice> facet = find_facet({seen_.points.data(), seen_.points.size()}, query);
@@ -129,8 +119,9 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
     const SlamFeature& feature = state.features[vertices[j]];
     facet[j] = {state.pose(feature.anchor_slot).camera, feature.parameters};
   }
+  const SensorCalibration& sensors = state.calibration().sensors();
   RangePrediction prediction;
-  if (!ok(predict_range(camera, beam_, facet, prediction))) return RangeOutcome::kBadGeometry;
+  if (!ok(predict_range(camera, {sensors.p_CR_m, sensors.u_C}, facet, prediction))) return RangeOutcome::kBadGeometry;
   report.range_predicted_m = prediction.range_m;
   if (prediction.cos_incidence < std::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
 
@@ -148,6 +139,16 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   };
   add(kTheta, prediction.by_camera);  // the camera is fixed to the IMU: both have the same (theta, xi_p)
   static_cast<void>(support.push_back({kTheta, kPoseSize}));
+  if (state.estimates_camera()) {  // on the IMU's clock the range has its time: no part of it is the image's offset
+    const Mat67 by_mount = state.calibration().camera_by_mount(state.core.motion, Vec3::Zero());
+    add(Layout::kCameraMount + 1, (prediction.by_camera * by_mount.rightCols<6>()).eval());
+  }
+  if (state.estimates_beam()) {
+    add(Layout::kBeam, (prediction.by_direction * state.calibration().beam_by_tilt()).eval());
+    add(Layout::kBeam + 2, prediction.by_origin);
+  }
+  if constexpr (Layout::kPoses > Layout::kCameraMount)
+    static_cast<void>(support.push_back({Layout::kCameraMount, Layout::kPoses - Layout::kCameraMount}));
   for (std::size_t j = 0; j < 3; ++j) {
     const std::size_t anchor = Layout::pose(state.features[vertices[j]].anchor_slot);
     const bool seen = std::any_of(support.begin(), support.end(), [&](const Segment& s) { return s.start == anchor; });

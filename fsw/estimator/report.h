@@ -2,6 +2,7 @@
 // Counters of what the estimator did with its inputs: per frame for the log, in total for health.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -58,6 +59,15 @@ struct EstimatorCounters {
   std::uint64_t ranges_invalid = 0;
   std::uint64_t numerical_faults = 0;
   std::uint64_t resets = 0;
+};
+
+/// Every calibration value as its difference from the calibration file, with sigma (0: not estimated): scale of gyro
+/// and accelerometer (3 + 3); time offset of images, s; camera rotation in I, rad (3); camera position in I, m (3);
+/// tilt of the range finder's beam, rad (2); its origin in C, m (3).
+struct CalibrationReport {
+  static constexpr std::size_t kSize = 18;
+  std::array<double, kSize> value{};
+  std::array<double, kSize> sigma{};
 };
 
 /// Files one range under its outcome, so that the range counters add up to `ranges`.

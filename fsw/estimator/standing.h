@@ -50,7 +50,8 @@ void add_zero_rate(const FilterState<Config>& state, UpdateStack<Config>& stack,
   stack.close_untested(state, support);
 }
 
-/// No acceleration: the mean accelerometer reading is gravity seen from I, plus its bias.
+/// No acceleration: the mean accelerometer reading, its scale factors not yet corrected, is gravity seen from I plus
+/// bias.
 template <class Config>
 void add_gravity(const FilterState<Config>& state, UpdateStack<Config>& stack, const Vec3& mean_accel_m_s2,
                  double gravity_m_s2, double sigma_m_s2) {
@@ -60,9 +61,14 @@ void add_gravity(const FilterState<Config>& state, UpdateStack<Config>& stack, c
   // R^T up = R_hat^T Exp(-theta) up
   h.fixed<3, 3>(0, kTheta) = r_transposed * skew(up) / sigma_m_s2;
   h.fixed<3, 3>(0, kAccelBias) = Mat3::Identity() / sigma_m_s2;
+  Support support;
+  using Layout = ErrorLayout<Config>;
+  if constexpr (Layout::kBlocks.imu_scale) {
+    h.fixed<3, 3>(0, Layout::kImuScale + 3) = -Mat3(mean_accel_m_s2.asDiagonal()) / sigma_m_s2;
+    static_cast<void>(support.push_back({Layout::kImuScale + 3, 3}));
+  }
   const Vec3 residual = (mean_accel_m_s2 - r_transposed * up - state.core.b_accel_m_s2) / sigma_m_s2;
   for (std::size_t k = 0; k < 3; ++k) stack.residual(k) = residual(static_cast<Eigen::Index>(k));
-  Support support;
   static_cast<void>(support.push_back({kTheta, 3}));
   static_cast<void>(support.push_back({kAccelBias, 3}));
   stack.close_untested(state, support);

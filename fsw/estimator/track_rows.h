@@ -13,10 +13,12 @@
 
 namespace plumb {
 
-/// Columns of the work matrix: feature, then the window's pose slots, then the residual.
-template <std::size_t MaxPoses>
+/// Columns of the work matrix: feature, then the beam's calibration if there is room for it (BeamColumns 5 or 0), then
+/// the window's pose slots, then the residual. Beam and poses are one run of columns, as in the error state.
+template <std::size_t MaxPoses, std::size_t BeamColumns = 0>
 struct TrackRows {
-  static constexpr std::size_t kPoseColumns = kPoseSize * MaxPoses;
+  static constexpr std::size_t kBeamColumns = BeamColumns;
+  static constexpr std::size_t kPoseColumns = BeamColumns + kPoseSize * MaxPoses;  ///< beam included
   static constexpr std::size_t kColumns = kFeatureSize + kPoseColumns + 1;
   static constexpr std::size_t kMaxRows = 2 * MaxPoses + 1;
 
@@ -25,40 +27,42 @@ struct TrackRows {
   std::size_t rows = 0;  ///< of the whole stack; the first three determine the feature
   MatrixStorage<kMaxRows, kColumns> work;
 
-  /// The rows that see poses only: (rows - 3) x (poses | residual).
+  static constexpr std::size_t pose(std::size_t slot) { return kFeatureSize + BeamColumns + kPoseSize * slot; }
+  /// The rows that see no feature: (rows - 3) x (beam, poses | residual).
   MatrixView pose_rows() {
     return work.view().block(kFeatureSize, kFeatureSize, rows - kFeatureSize, kPoseColumns + 1);
   }
-  /// The rows that determine the feature: 3 x (feature upper triangle | poses | residual).
+  /// The rows that determine the feature: 3 x (feature upper triangle | beam, poses | residual).
   ConstMatrixView feature_rows() const { return work.view().block(0, 0, kFeatureSize, kColumns); }
 };
 
 /// The last row of a ranged track: its inverse depth in the view of the range, which is what reanchor_feature() gives
-/// there. Beam and lever arm are in the known depth already.
-template <std::size_t MaxPoses>
-Status add_range_row(const Views& views, const KnownDepth& known, TrackRows<MaxPoses>& out) {
+/// there, less what the beam's calibration does to the known depth.
+template <std::size_t MaxPoses, std::size_t BeamColumns>
+Status add_range_row(const Views& views, const KnownDepth& known, TrackRows<MaxPoses, BeamColumns>& out) {
   const View& anchor = views.back();
   const View& there = views[known.view];
   Reanchoring ranged;
   if (!ok(reanchor_feature(anchor.camera, there.camera, out.feature, ranged))) return Status::kRejected;
-  MatrixView all = out.work.view(out.rows, TrackRows<MaxPoses>::kColumns);
+  MatrixView all = out.work.view(out.rows, out.kColumns);
   const std::size_t row = out.rows - 1;
   std::fill_n(all.row(row), all.cols(), 0.0);
   all.template fixed<1, 3>(row, 0) = ranged.by_feature.row(2) / known.sigma_1_m;
   if (known.view != views.size() - 1) {
-    all.template fixed<1, 6>(row, kFeatureSize + kPoseSize * there.pose_slot) = ranged.by_to.row(2) / known.sigma_1_m;
-    all.template fixed<1, 6>(row, kFeatureSize + kPoseSize * anchor.pose_slot) =
-        ranged.by_from.row(2) / known.sigma_1_m;
+    all.template fixed<1, 6>(row, out.pose(there.pose_slot)) = ranged.by_to.row(2) / known.sigma_1_m;
+    all.template fixed<1, 6>(row, out.pose(anchor.pose_slot)) = ranged.by_from.row(2) / known.sigma_1_m;
   }
+  // The known depth stands on the other side of the equation.
+  if constexpr (BeamColumns > 0) all.template fixed<1, 5>(row, kFeatureSize) = -known.by_beam / known.sigma_1_m;
   all(row, all.cols() - 1) = (known.rho_1_m - ranged.feature.z()) / known.sigma_1_m;
   return Status::kOk;
 }
 
 /// Triangulates and stacks, whitened by sigma (normalised plane). Fails as triangulate() does, or kIllConditioned when
 /// the observations do not determine the feature's depth. `known`: the range of a ranged track, or null.
-template <std::size_t MaxPoses>
-Status build_track_rows(const Views& views, const TriangulationLimits& limits, double sigma, TrackRows<MaxPoses>& out,
-                        const KnownDepth* known = nullptr) {
+template <std::size_t MaxPoses, std::size_t BeamColumns>
+Status build_track_rows(const Views& views, const TriangulationLimits& limits, double sigma,
+                        TrackRows<MaxPoses, BeamColumns>& out, const KnownDepth* known = nullptr) {
   constexpr double kMinDepthInformation = 1e-3;  // diagonal of the whitened triangle; 1/m
   const std::size_t anchor = views.size() - 1;
   const Result<FeatureParameters> feature = triangulate(views, anchor, limits, known);
@@ -66,7 +70,7 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
   out.feature = *feature;
   out.anchor_slot = views[anchor].pose_slot;
   out.rows = 2 * views.size() + (known != nullptr ? 1 : 0);
-  MatrixView all = out.work.view(out.rows, TrackRows<MaxPoses>::kColumns);
+  MatrixView all = out.work.view(out.rows, out.kColumns);
   for (std::size_t i = 0; i < views.size(); ++i) {
     VisualPrediction prediction;
     if (!ok(predict_feature(views[i].camera, views[anchor].camera, out.feature, prediction))) return Status::kRejected;
@@ -76,8 +80,8 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
     }
     all.template fixed<2, 3>(2 * i, 0) = prediction.by_feature / sigma;
     if (i != anchor) {  // the anchor's own view has no pose columns: observer and anchor cancel
-      all.template fixed<2, 6>(2 * i, kFeatureSize + kPoseSize * views[i].pose_slot) = prediction.by_pose / sigma;
-      all.template fixed<2, 6>(2 * i, kFeatureSize + kPoseSize * out.anchor_slot) = -prediction.by_pose / sigma;
+      all.template fixed<2, 6>(2 * i, out.pose(views[i].pose_slot)) = prediction.by_pose / sigma;
+      all.template fixed<2, 6>(2 * i, out.pose(out.anchor_slot)) = -prediction.by_pose / sigma;
     }
     const Vec2 residual = (views[i].z - prediction.z) / sigma;
     all(2 * i, all.cols() - 1) = residual.x();
@@ -92,10 +96,10 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
 }
 
 /// How far the pose rows are from what the prior leads to expect: r^T (H P H^T + I)^-1 r, chi-square in their number.
-/// `poses` is the covariance of the pose slots. Not finite if that is unsound.
-template <std::size_t MaxPoses>
-double innovation_squared(TrackRows<MaxPoses>& track, ConstMatrixView poses) {
-  using Rows = TrackRows<MaxPoses>;
+/// `poses` is the covariance of the beam and the pose slots. Not finite if that is unsound.
+template <std::size_t MaxPoses, std::size_t BeamColumns>
+double innovation_squared(TrackRows<MaxPoses, BeamColumns>& track, ConstMatrixView poses) {
+  using Rows = TrackRows<MaxPoses, BeamColumns>;
   const MatrixView h = track.pose_rows();
   const std::size_t m = h.rows();
   double hp_storage[Rows::kMaxRows * Rows::kPoseColumns];

@@ -24,6 +24,7 @@ struct KnownDepth {
   double rho_1_m = 0.0;
   double sigma_1_m = 0.0;
   double weight = 0.0;  ///< sigma of an observation over sigma_1_m: what an error in rho counts among the observations
+  Row5 by_beam = Row5::Zero();  ///< d rho / d (tilt, origin) of the beam (calibration.h); zero when it is not estimated
 };
 
 struct TriangulationLimits {

@@ -19,7 +19,7 @@ class UpdateStack {
  public:
   using Layout = ErrorLayout<Config>;
   /// SLAM rows, the compressed MSCKF rows, and a range, a zero velocity or a zero rate beside them.
-  static constexpr std::size_t kMaxRows = 2 * Config::kMaxSlamFeatures + kPoseSize * Config::kMaxPoses + 8;
+  static constexpr std::size_t kMaxRows = 2 * Config::kMaxSlamFeatures + Layout::kFeatures - Layout::kBeam + 8;
 
   void begin(const FilterState<Config>& state) {
     size_ = state.size();

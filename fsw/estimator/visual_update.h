@@ -7,6 +7,7 @@
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/estimator/chi_square.h"
+#include "fsw/estimator/pixel_noise.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/track_rows.h"
 #include "fsw/estimator/update_stack.h"
@@ -35,11 +36,21 @@ class VisualUpdate {
   Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, FrameReport& report,
              StageObserver* observer);
 
+  /// Forgets what was learnt of the pixel noise.
+  void clear() {
+    noise_.clear();
+    set_sigma();
+  }
+  /// What is remembered from image to image.
+  void add_to(Hash64& hash) const { noise_.add_to(hash); }
+  double pixel_noise_px() const { return noise_.sigma_px(); }
+
  private:
   static constexpr std::size_t kMaxStarts = 8;  ///< new features per image
   static constexpr std::size_t kMaxTiles = 64;
   using TrackType = typename Table::TrackType;
-  using Rows = TrackRows<Config::kMaxPoses>;
+  using Rows = TrackRows<Config::kMaxPoses, Layout::kPoses - Layout::kBeam>;
+  static constexpr std::size_t kFirstColumn = Layout::kBeam;  ///< of a track's rows, in the error state
 
   /// A track that was gated and waits for the joint update to become a feature.
   struct PendingFeature {
@@ -50,6 +61,7 @@ class VisualUpdate {
     MatrixStorage<kFeatureSize, Rows::kColumns> rows;
   };
 
+  void set_sigma();
   void remove_lost(State& state, Table& tracks);
   void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
   void add_tracks(State& state, Table& tracks, FrameReport& report);
@@ -81,7 +93,9 @@ class VisualUpdate {
   VisionOptions options_;
   std::size_t max_ranged_;
   Vec2 half_fov_;
-  double sigma_;  ///< pixel noise in the normalised plane
+  double focal_px_;
+  PixelNoise<Config::kMaxSlamFeatures> noise_;
+  double sigma_ = 0.0;  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
   double ranged_min_parallax_ = 0.0;
   ChiSquareTable gate_;

@@ -8,14 +8,21 @@ VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCal
     : options_(options),
       max_ranged_(static_cast<std::size_t>(max_ranged)),
       half_fov_(calibration.half_fov_x, calibration.half_fov_y),
-      sigma_(options.pixel_noise_px / calibration.focal_px),
+      focal_px_(calibration.focal_px),
+      noise_(options),
       gate_(options.gate_probability) {
   PLUMB_ASSERT(static_cast<std::size_t>(options.tiles_x * options.tiles_y) <= kMaxTiles);
-  constexpr double kMaxResidualSigmas = 3.0;
   limits_.min_parallax = options.min_parallax_px / calibration.focal_px;
   ranged_min_parallax_ = options.ranged_min_parallax_px / calibration.focal_px;
-  limits_.max_rms = kMaxResidualSigmas * sigma_;
   limits_.max_depth_m = options.max_depth_m;
+  set_sigma();
+}
+
+template <class Config>
+void VisualUpdate<Config>::set_sigma() {
+  constexpr double kMaxResidualSigmas = 3.0;
+  sigma_ = noise_.sigma_px() / focal_px_;
+  limits_.max_rms = kMaxResidualSigmas * sigma_;
 }
 
 template <class Config>
@@ -35,6 +42,8 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
   insert_pending(state, tracks, stack.correction(), report);
   start_without_parallax(state, tracks, prior, report);
   tracks.drop_ended();
+  noise_.finish_image();
+  set_sigma();
   report.slam_features = static_cast<std::uint32_t>(state.features.size());
   return Status::kOk;
 }
@@ -83,7 +92,9 @@ void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStac
       const Vec2 residual = (seen - prediction.z) / sigma_;
       stack.residual(0) = residual.x();
       stack.residual(1) = residual.y();
-      accepted = stack.close(state, support) <= gate_.quantile(2);
+      const double nis = stack.close(state, support);
+      noise_.add(nis);
+      accepted = nis <= gate_.quantile(2);
       if (accepted) {
         stack.weaken(2, gate_.cost(2));
       } else {
@@ -114,7 +125,10 @@ std::optional<KnownDepth> VisualUpdate<Config>::known_depth(const State& state, 
   const TrackRange& range = *track.range;
   const std::size_t slot = state.slot_of(range.sequence);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (views[i].pose_slot == slot) return KnownDepth{i, range.rho_1_m, range.sigma_1_m, sigma_ / range.sigma_1_m};
+    if (views[i].pose_slot != slot) continue;
+    KnownDepth known{i, range.rho_1_m, range.sigma_1_m, sigma_ / range.sigma_1_m};
+    if (range.ray) state.calibration().correct(*range.ray, known);
+    return known;
   }
   return std::nullopt;
 }
@@ -177,7 +191,7 @@ typename VisualUpdate<Config>::Use VisualUpdate<Config>::select_rows(const State
                                                                      const KnownDepth* known) {
   constexpr double kRangeGate = 9.0;  // three sigmas, squared: what the range adds to the track's innovation
   const ConstMatrixView poses =
-      state.covariance().block(Layout::kPoses, Layout::kPoses, Rows::kPoseColumns, Rows::kPoseColumns);
+      state.covariance().block(kFirstColumn, kFirstColumn, Rows::kPoseColumns, Rows::kPoseColumns);
   with_range_ = false;
   const Status seen = build_track_rows(views, limits_, sigma_, plain_);
   const double plain = ok(seen) ? innovation_squared(plain_, poses) : 0.0;
@@ -231,10 +245,10 @@ void VisualUpdate<Config>::add_compressed_rows(const State& state, UpdateStack<C
     for (std::size_t c = k; c < Rows::kPoseColumns; ++c) norm2 += from[c] * from[c];
     if (norm2 < kNegligible) continue;
     MatrixView h = stack.open(1);
-    std::copy(from + k, from + Rows::kPoseColumns, h.row(0) + Layout::kPoses + k);
+    std::copy(from + k, from + Rows::kPoseColumns, h.row(0) + kFirstColumn + k);
     stack.residual(0) = from[Rows::kPoseColumns];
     Support support;
-    static_cast<void>(support.push_back({Layout::kPoses + k, Rows::kPoseColumns - k}));
+    static_cast<void>(support.push_back({kFirstColumn + k, Rows::kPoseColumns - k}));
     stack.close_untested(state, support);
   }
 }
@@ -250,7 +264,7 @@ void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const dou
     double storage[kFeatureSize * Layout::kSize] = {};
     MatrixView jacobian(storage, kFeatureSize, state.size() + kFeatureSize, Layout::kSize);
     Vec3 residual;
-    const double* dx = correction + Layout::kPoses;
+    const double* dx = correction + kFirstColumn;
     for (std::size_t r = 0; r < kFeatureSize; ++r) {
       double sum = rows(r, Rows::kColumns - 1);
       for (std::size_t c = 0; c < Rows::kPoseColumns; ++c) sum -= rows(r, kFeatureSize + c) * dx[c];
@@ -260,13 +274,13 @@ void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const dou
       const Vec3 column(rows(0, kFeatureSize + c), rows(1, kFeatureSize + c), rows(2, kFeatureSize + c));
       const Vec3 solved = -h2_inverse * column;
       for (std::size_t r = 0; r < kFeatureSize; ++r)
-        jacobian(r, Layout::kPoses + c) = solved(static_cast<Eigen::Index>(r));
+        jacobian(r, kFirstColumn + c) = solved(static_cast<Eigen::Index>(r));
     }
     const SlamFeature feature{pending.track_id, pending.anchor_slot, pending.feature + h2_inverse * residual, 0,
                               pending.ranged};
     if (!feature.parameters.allFinite() || !(feature.parameters.z() > 0.0)) continue;
     Support support;
-    static_cast<void>(support.push_back({Layout::kPoses, Rows::kPoseColumns}));
+    static_cast<void>(support.push_back({kFirstColumn, Rows::kPoseColumns}));
     if (!ok(state.add_feature(feature, jacobian, support, h2_inverse * h2_inverse.transpose()))) return;
     tracks.find(pending.track_id)->in_state = true;
     ++report.slam_added;

@@ -28,6 +28,12 @@ inline InertialRates without_bias(const InertialRates& measured, const Vec3& b_g
   return {measured.gyro_rad_s - b_gyro_rad_s, measured.accel_m_s2 - b_accel_m_s2};
 }
 
+/// IMU values as measured, multiplied by 1 + scale axis by axis.
+inline InertialRates with_scale(const InertialRates& measured, const Vec3& gyro_scale, const Vec3& accel_scale) {
+  return {measured.gyro_rad_s + gyro_scale.cwiseProduct(measured.gyro_rad_s),
+          measured.accel_m_s2 + accel_scale.cwiseProduct(measured.accel_m_s2)};
+}
+
 /// Advances `state` by dt_s [s] from `start` to `end`; a negative dt_s integrates backwards. gravity_m_s2 > 0 points
 /// along -z of W.
 void strapdown_step(KinematicState& state, const InertialRates& start, const InertialRates& end, double dt_s,

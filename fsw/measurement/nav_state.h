@@ -38,6 +38,8 @@ struct NavState {
   std::array<double, 4> q_WI{1, 0, 0, 0};  ///< w x y z, Hamilton, rotates from I to W
   std::array<double, 3> b_gyro_rad_s{};
   std::array<double, 3> b_accel_m_s2{};
+  std::array<double, 3> gyro_scale{};  ///< IMU readings are to be multiplied by 1 + scale before the bias is taken off
+  std::array<double, 3> accel_scale{};
   std::array<double, kNavErrorSize * kNavErrorSize> covariance{};  ///< row-major, SI units
 };
 

@@ -61,7 +61,8 @@ Status OutputPredictor::correct(const NavState& corrected) {
     return Status::kStale;
   }
   if (!all_finite(corrected.p_WI_m) || !all_finite(corrected.v_WI_m_s) || !all_finite(corrected.q_WI) ||
-      !all_finite(corrected.b_gyro_rad_s) || !all_finite(corrected.b_accel_m_s2)) {
+      !all_finite(corrected.b_gyro_rad_s) || !all_finite(corrected.b_accel_m_s2) || !all_finite(corrected.gyro_scale) ||
+      !all_finite(corrected.accel_scale)) {
     state_.valid = false;
     return Status::kNumericalFault;
   }
@@ -76,6 +77,8 @@ Status OutputPredictor::correct(const NavState& corrected) {
                 .v_WI_m_s = to_vec3(corrected.v_WI_m_s)};
   b_gyro_rad_s_ = to_vec3(corrected.b_gyro_rad_s);
   b_accel_m_s2_ = to_vec3(corrected.b_accel_m_s2);
+  gyro_scale_ = to_vec3(corrected.gyro_scale);
+  accel_scale_ = to_vec3(corrected.accel_scale);
   drop_before(corrected.t);
   for (std::size_t i = 1; i < count_; ++i) advance(sample(i - 1), sample(i));
   record_jump(before, same_run && t_before == t_kinematic_);
@@ -105,7 +108,8 @@ void OutputPredictor::drop_before(Time t) {
 void OutputPredictor::advance(const ImuSample& start, const ImuSample& end) {
   if (end.t <= t_kinematic_) return;
   const auto rates = [this](const ImuSample& raw) {
-    return without_bias({to_vec3(raw.gyro_rad_s), to_vec3(raw.accel_m_s2)}, b_gyro_rad_s_, b_accel_m_s2_);
+    const InertialRates read{to_vec3(raw.gyro_rad_s), to_vec3(raw.accel_m_s2)};
+    return without_bias(with_scale(read, gyro_scale_, accel_scale_), b_gyro_rad_s_, b_accel_m_s2_);
   };
   const InertialRates rates_start = rates(start);
   const InertialRates rates_end = rates(end);

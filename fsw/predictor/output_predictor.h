@@ -82,6 +82,8 @@ class OutputPredictor {
   Time t_kinematic_ = Time::never();  ///< what kinematic_ is valid at
   Vec3 b_gyro_rad_s_ = Vec3::Zero();
   Vec3 b_accel_m_s2_ = Vec3::Zero();
+  Vec3 gyro_scale_ = Vec3::Zero();
+  Vec3 accel_scale_ = Vec3::Zero();
   Time t_corrected_ = Time::never();
   NavState state_;
   PredictorTracking tracking_;

@@ -126,6 +126,9 @@ Result<std::size_t> encode(const HealthRecord& record, MessageBuffer buffer) {
   message.predictor_jump_m = record.tracking.position_m;
   message.predictor_jump_m_s = record.tracking.velocity_m_s;
   message.predictor_jump_rad = record.tracking.attitude_rad;
+  copy(record.calibration.value, message.calibration);
+  copy(record.calibration.sigma, message.calibration_sigma);
+  message.pixel_noise_px = record.pixel_noise_px;
   return write(message, buffer);
 }
 

@@ -66,6 +66,8 @@ struct HealthRecord {
   NavSystemCounters system;
   PredictorCounters predictor;
   PredictorTracking tracking;
+  CalibrationReport calibration;
+  double pixel_noise_px = 0.0;  ///< in force, 1 sigma
 };
 
 struct TimingRecord {

@@ -15,11 +15,19 @@ struct TrackSample {
   Vec2 z = Vec2::Zero();       ///< undistorted, normalised image plane
 };
 
+/// How the depth from a range hangs on the beam: it changes by axis_C . (change of the spot).
+struct RangeRay {
+  double range_m = 0.0;
+  Vec3 spot_C_m = Vec3::Zero();  ///< where the beam was taken to end, in the camera at the time of the range
+  Vec3 axis_C = Vec3::Zero();    ///< there, the optical axis at the time of the image
+};
+
 /// What a range finder says of the depth of a track, in one of the images it was seen in.
 struct TrackRange {
   std::uint32_t sequence = 0;  ///< of that image
   double rho_1_m = 0.0;        ///< inverse depth along the optical axis there
   double sigma_1_m = 0.0;
+  std::optional<RangeRay> ray;  ///< when the beam is being calibrated
 };
 
 template <std::size_t MaxLength>
@@ -113,6 +121,10 @@ class TrackTable {
       hash.add(std::uint64_t{track.range->sequence});
       hash.add(track.range->rho_1_m);
       hash.add(track.range->sigma_1_m);
+      if (!track.range->ray) continue;
+      hash.add(track.range->ray->range_m);
+      hash.add(track.range->ray->spot_C_m.data(), 3);
+      hash.add(track.range->ray->axis_C.data(), 3);
     }
   }
 

@@ -215,7 +215,8 @@ struct RangeCase {
   RangeOptions options;
 };
 
-double range_of(const State& state, const SensorCalibration& calibration) {
+double range_of(const State& state) {
+  const SensorCalibration& calibration = state.calibration().sensors();
   std::array<Vec3, 3> f;
   for (std::size_t j = 0; j < 3; ++j) {
     f[j] = feature_in_world(state.pose(state.features[j].anchor_slot).camera, state.features[j].parameters);
@@ -244,9 +245,9 @@ TEST(RangeUpdateLaw, ARangeIsTheDenseUpdate) {
   test::for_all(40, [](test::Generator& g) {
     RangeCase c;
     fill(g, c);
-    const double predicted = range_of(*c.state, c.calibration);
+    const double predicted = range_of(*c.state);
     const double measured = predicted + g.normal(0.1);
-    const auto inverse = [&](const State& s) { return Eigen::VectorXd::Constant(1, 1.0 / range_of(s, c.calibration)); };
+    const auto inverse = [&](const State& s) { return Eigen::VectorXd::Constant(1, 1.0 / range_of(s)); };
     test::DenseRows rows;
     rows.h = test::numeric_state_jacobian(*c.state, 1, inverse);
     rows.r = Eigen::VectorXd::Constant(1, 1.0 / measured - 1.0 / predicted);
@@ -256,7 +257,7 @@ TEST(RangeUpdateLaw, ARangeIsTheDenseUpdate) {
     State moved = *c.state;
     moved.retract(expected.dx.data());
     FrameReport report;
-    RangeUpdate<TinyConfig> update(c.options, c.calibration);
+    RangeUpdate<TinyConfig> update(c.options);
     ASSERT_EQ(update.fuse(*c.state, *c.stack, measured, report), Status::kOk);
     ASSERT_EQ(report.range_outcome, RangeOutcome::kUsed);
     EXPECT_NEAR(report.range_predicted_m, predicted, 1e-9);
@@ -273,8 +274,8 @@ TEST(RangeUpdateLaw, ARangeTellsScaleAndNothingOfTheUnobservable) {
     const Dense directions = test::unobservable_directions(*c.state);
     const Dense before = dense(c.state->covariance());
     FrameReport report;
-    RangeUpdate<TinyConfig> update(c.options, c.calibration);
-    ASSERT_EQ(update.fuse(*c.state, *c.stack, range_of(*c.state, c.calibration), report), Status::kOk);
+    RangeUpdate<TinyConfig> update(c.options);
+    ASSERT_EQ(update.fuse(*c.state, *c.stack, range_of(*c.state), report), Status::kOk);
     ASSERT_EQ(report.range_outcome, RangeOutcome::kUsed);
     const Dense after = dense(c.state->covariance());
     EXPECT_LT(test::false_information(before, after, directions), 1e-8);

@@ -57,6 +57,9 @@ void expect_same_nominal(const FilterState<Config>& a, const FilterState<Config>
   EXPECT_LT((a.core.motion.v_WI_m_s - b.core.motion.v_WI_m_s).norm(), tolerance);
   EXPECT_LT((a.core.b_gyro_rad_s - b.core.b_gyro_rad_s).norm(), tolerance);
   EXPECT_LT((a.core.b_accel_m_s2 - b.core.b_accel_m_s2).norm(), tolerance);
+  const CalibrationReport calibration = a.calibration_report();
+  for (std::size_t i = 0; i < CalibrationReport::kSize; ++i)
+    EXPECT_NEAR(calibration.value[i], b.calibration_report().value[i], tolerance) << i;
   ASSERT_EQ(a.window().size(), b.window().size());
   for (const std::size_t slot : a.window()) {
     EXPECT_LT(so3_log(a.pose(slot).q_WC.conjugate() * b.pose(slot).q_WC).norm(), tolerance) << slot;

@@ -17,6 +17,7 @@ struct TinyConfig {
   static constexpr std::size_t kMaxSlamFeatures = 6;
   static constexpr std::size_t kMaxTracks = 24;
   static constexpr std::size_t kMaxMsckfPerFrame = 8;
+  static constexpr CalibrationBlocks kCalibration{.imu_scale = true, .camera = true, .range_finder = true};
 };
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
@@ -95,6 +96,9 @@ Eigen::VectorXd prior_sigmas(const FilterState<Config>& state) {
   return s;
 }
 
+/// Everything is estimated.
+inline CalibrationOptions any_calibration_options() { return {0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01}; }
+
 /// A full window over the ground and `features` features anchored all over it, under a covariance that correlates
 /// everything with everything. Returns the world points of the features.
 template <class Config>
@@ -102,9 +106,10 @@ std::vector<Vec3> fill_state(Generator& g, const SensorCalibration& calibration,
                              FilterState<Config>& state) {
   state.clear();
   state.t = Time::from_seconds(100.0);
+  state.set_calibration(calibration, {});
   for (std::size_t k = 0; k < Config::kMaxPoses; ++k) {
     state.core = core_over_ground(g, k);
-    state.clone_camera(static_cast<std::uint32_t>(k), calibration.q_IC, calibration.p_IC_m);
+    state.clone_camera(static_cast<std::uint32_t>(k));
   }
   std::vector<Vec3> points;
   for (std::size_t i = 0; i < features; ++i) {
@@ -114,6 +119,7 @@ std::vector<Vec3> fill_state(Generator& g, const SensorCalibration& calibration,
                               feature_of(state.pose(anchor).camera, points.back()), 0};
     EXPECT_EQ(state.add_feature(feature, Mat3::Identity()), Status::kOk);
   }
+  state.set_calibration(calibration, any_calibration_options());
   const Eigen::VectorXd sigmas = prior_sigmas(state);
   Dense p = sigmas.asDiagonal() * any_covariance(g, state.size()) * sigmas.asDiagonal();
   p = 0.5 * (p + p.transpose()).eval();

@@ -67,6 +67,8 @@ class Flight {
     totals.estimator = system_.estimator().counters();
     totals.system = system_.counters();
     totals.predictor = system_.predictor().counters();
+    totals.calibration = system_.estimator().calibration();
+    totals.pixel_noise_px = system_.estimator().pixel_noise_px();
     totals.last_state = system_.estimator().state();
     return totals;
   }
@@ -176,9 +178,14 @@ FlightTotals fly_with(Source& source, const FlightOptions& options, const std::v
 FlightTotals fly(Source& source, const FlightOptions& options, const std::vector<FlightListener*>& listeners) {
   if (options.config_name == PaperConfig::kName) return fly_with<PaperConfig>(source, options, listeners);
   if (options.config_name == FlightConfig::kName) return fly_with<FlightConfig>(source, options, listeners);
+  if (options.config_name == SelfCalibratingConfig::kName) {
+    return fly_with<SelfCalibratingConfig>(source, options, listeners);
+  }
   throw InputError("unknown configuration '" + options.config_name + "'");
 }
 
-std::vector<std::string> config_names() { return {PaperConfig::kName, FlightConfig::kName}; }
+std::vector<std::string> config_names() {
+  return {PaperConfig::kName, FlightConfig::kName, SelfCalibratingConfig::kName};
+}
 
 }  // namespace plumb::replay

@@ -30,7 +30,7 @@ class FlightListener {
 };
 
 struct FlightOptions {
-  std::string config_name;  ///< "paper" or "flight"
+  std::string config_name;  ///< one of config_names()
   bool start_from_truth = false;
   bool realtime = false;  ///< hold every tick until as much time has passed as in the recording
   const volatile std::sig_atomic_t* stop = nullptr;  ///< not zero: give up with Interrupted
@@ -52,6 +52,8 @@ struct FlightTotals {
   EstimatorCounters estimator;
   NavSystemCounters system;
   PredictorCounters predictor;
+  CalibrationReport calibration;  ///< at the end
+  double pixel_noise_px = 0.0;    ///< at the end
   NavState last_state;
 };
 

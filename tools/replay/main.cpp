@@ -69,7 +69,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(named);
   app.add_option("--log", arguments.log, "recording as an LCM event log, as written by --record")->check(named);
   app.add_option("--config", arguments.flight.config_name,
-                 "compile-time sizes: paper or flight (default: what the log was flown with, else flight)")
+                 "compile-time sizes: paper, flight or calibrating (default: what the log was flown with, else flight)")
       ->check(CLI::IsMember(config_names()));
   app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml")
       ->check(named);

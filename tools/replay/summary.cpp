@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cinttypes>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -75,6 +76,52 @@ Json counters_json(const FlightTotals& totals) {
   return json;
 }
 
+struct CalibrationEntry {
+  const char* name;
+  const char* unit;
+};
+constexpr std::array<CalibrationEntry, CalibrationReport::kSize> kCalibrationEntries{{
+    {"gyro scale x", "1"},
+    {"gyro scale y", "1"},
+    {"gyro scale z", "1"},
+    {"accel scale x", "1"},
+    {"accel scale y", "1"},
+    {"accel scale z", "1"},
+    {"time offset", "s"},
+    {"camera rotation x", "rad"},
+    {"camera rotation y", "rad"},
+    {"camera rotation z", "rad"},
+    {"camera position x", "m"},
+    {"camera position y", "m"},
+    {"camera position z", "m"},
+    {"beam tilt x", "rad"},
+    {"beam tilt y", "rad"},
+    {"beam origin x", "m"},
+    {"beam origin y", "m"},
+    {"beam origin z", "m"},
+}};
+
+/// What was estimated, as differences from the calibration file.
+Json calibration_json(const CalibrationReport& calibration) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < CalibrationReport::kSize; ++i) {
+    if (calibration.sigma[i] == 0.0) continue;
+    json.push_back({{"name", kCalibrationEntries[i].name},
+                    {"unit", kCalibrationEntries[i].unit},
+                    {"value", calibration.value[i]},
+                    {"sigma", calibration.sigma[i]}});
+  }
+  return json;
+}
+
+void print_calibration(const CalibrationReport& calibration) {
+  for (std::size_t i = 0; i < CalibrationReport::kSize; ++i) {
+    if (calibration.sigma[i] == 0.0) continue;
+    std::printf("calibration     %-17s %+.6f, 1 sigma %.6f %s\n", kCalibrationEntries[i].name, calibration.value[i],
+                calibration.sigma[i], kCalibrationEntries[i].unit);
+  }
+}
+
 Json heap_json(const FlightTotals& totals) {
   if (!heap_calls_counted()) return nullptr;
   return {{"estimator", totals.filter_heap_calls},
@@ -117,6 +164,8 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
   }
   json["cpu_ms"] = {{"front_end", to_json(distribution_of(totals.front_end_ms))},
                     {"filter", to_json(distribution_of(totals.filter_ms))}};
+  json["calibration"] = calibration_json(totals.calibration);
+  json["pixel_noise_px"] = totals.pixel_noise_px;
   json["warnings"] = session.warnings;
   json["wall_s"] = totals.wall_s;
   json["peak_rss_mib"] = peak_rss_mib();
@@ -145,6 +194,8 @@ void print_summary(const Session& session, const FlightOptions& options, const F
   print_ranges(c);
   std::printf("resets          %" PRIu64 ", numerical faults %" PRIu64 ", IMU gaps %" PRIu64 "\n", c.resets,
               c.numerical_faults, c.imu_gaps);
+  print_calibration(totals.calibration);
+  std::printf("pixel noise     %.3f px at the end\n", totals.pixel_noise_px);
   std::printf("CPU per image    mean    median  95 %%    max      [ms]\n");
   const auto print_row = [](const char* name, const Distribution& d) {
     std::printf("  %-13s %7.3f %7.3f %7.3f %7.3f\n", name, d.mean, d.median, d.p95, d.max);

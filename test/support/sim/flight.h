@@ -40,7 +40,8 @@ class Flight {
         estimator_(estimator),
         imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
         range_(settings.range, settings.seed),
-        tracker_(settings.tracker, scene.trajectory, scene.world, scene.rig, flight_epoch(), settings.seed) {}
+        tracker_(settings.tracker, scene.trajectory, scene.world, scene.rig, flight_epoch() - image_delay(),
+                 settings.seed) {}
 
   /// Flies the whole trajectory. Call once.
   FlightLog fly() {
@@ -56,10 +57,12 @@ class Flight {
   const SimTracker<kMaxTracks>& tracker() const { return tracker_; }
 
  private:
+  Duration image_delay() const { return Duration::from_seconds(settings_.image_time_offset_s); }
+
   void take(const Event& event) {
     const Time t = flight_epoch() + Duration::from_seconds(event.t_s);
     if (event.source == Source::kImage) {
-      waiting_.push_back(t);
+      waiting_.push_back(t - image_delay());
       return;
     }
     const TruthState truth = scene_.trajectory.at(event.t_s);
@@ -79,8 +82,8 @@ class Flight {
     }
   }
 
-  void process(Time t) {
-    const double t_s = (t - flight_epoch()).seconds();
+  void process(Time t) {  // t: the image's stamp
+    const double t_s = (t + image_delay() - flight_epoch()).seconds();
     const TruthState truth = scene_.trajectory.at(t_s);
     CameraFrame image;
     image.t_exposure_mid = t;
@@ -89,11 +92,12 @@ class Flight {
     if (!ok(tracker_.track(image, estimator_.predict_motion(t), frame_))) return;
     static_cast<void>(estimator_.process(frame_));  // "not ready" shows as an invalid state
     FlightPoint point;
-    point.t_s = t_s;
-    point.truth = truth;
+    const NavState& estimate = estimator_.state();  // speaks of the time that the estimator takes the image for
+    point.t_s = estimate.valid ? (estimate.t - flight_epoch()).seconds() : t_s;
+    point.truth = scene_.trajectory.at(point.t_s);
     point.gyro_bias_rad_s = imu_.gyro_bias_rad_s();
     point.accel_bias_m_s2 = imu_.accel_bias_m_s2();
-    point.estimate = estimator_.state();
+    point.estimate = estimate;
     point.report = estimator_.report();
     point.state_hash = estimator_.state_hash();
     log_.points.push_back(point);

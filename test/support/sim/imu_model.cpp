@@ -55,8 +55,8 @@ ImuSample ImuModel::sample(const TruthState& truth, Time t) {
   ImuSample sample;
   sample.t = t;
   for (int axis = 0; axis < 3; ++axis) {
-    sample.gyro_rad_s[axis] = gyro[axis];
-    sample.accel_m_s2[axis] = accel[axis];
+    sample.gyro_rad_s[axis] = gyro[axis] / (1.0 + noise_.gyro_scale[axis]);
+    sample.accel_m_s2[axis] = accel[axis] / (1.0 + noise_.accel_scale[axis]);
   }
   return sample;
 }

@@ -15,6 +15,8 @@ struct ImuNoise {
   double accel_noise_density = 0.0;  ///< m/s^2/sqrt(Hz)
   double accel_bias_walk = 0.0;      ///< m/s^3/sqrt(Hz)
   double accel_turn_on_m_s2 = 0.0;   ///< 1 sigma per axis
+  Vec3 gyro_scale = Vec3::Zero();    ///< every reading times 1 + scale, axis by axis, is right but for bias and noise
+  Vec3 accel_scale = Vec3::Zero();
 };
 
 /// STIM300 class, from the datasheet's orders of magnitude: angular random walk 0.15 deg/sqrt(h), velocity random walk

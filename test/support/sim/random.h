@@ -34,6 +34,7 @@ enum Stream : std::uint64_t {
   kImuStream = 1,
   kTrackerStream = 2,
   kRangeStream = 3,
+  kCalibrationStream = 4,
 };
 
 }  // namespace plumb::sim

@@ -35,6 +35,7 @@ struct FlightSettings {
   double image_rate_hz = 30.0;
   double range_rate_hz = 25.0;
   double gravity_m_s2 = 9.80665;
+  double image_time_offset_s = 0.0;  ///< an image is taken this much after its stamp
   std::uint64_t seed = 1;
   bool start_from_truth = false;  ///< hands the true state to the estimator instead of letting it find its own
 };

@@ -32,7 +32,7 @@ struct Case {
 
   double range_m() const { return (distance_m - normal.dot(calibration.p_CR_m)) / normal.dot(calibration.u_C); }
   Status fuse(double measured_m) {
-    RangeUpdate<TinyConfig> update(options, calibration);
+    RangeUpdate<TinyConfig> update(options);
     report = {};
     return update.fuse(*state, *stack, measured_m, report);
   }
@@ -195,7 +195,7 @@ TEST(RangeUpdate, OverRoughGroundARepeatedRangeTellsLittle) {
       c.add_feature(10 + k, 0.3 * Vec2(std::cos(turn + 2.0 * k), std::sin(turn + 2.0 * k)));
     }
     c.distance_m = plane_m;
-    RangeUpdate<TinyConfig> update(c.options, c.calibration);
+    RangeUpdate<TinyConfig> update(c.options);
     const auto innovation_sigma = [&] {
       State untouched = *c.state;
       c.report = {};

@@ -134,10 +134,10 @@ TEST(VisualUpdate, ARejectedTrackBecomesNoFeature) {
 }
 
 /// Every pose of the window at the place of the newest: what a hover looks like.
-void hover(State& state, const SensorCalibration& calibration) {
+void hover(State& state) {
   for (std::size_t k = 0; k < kPoses; ++k) {
     state.drop_pose(0);
-    state.clone_camera(static_cast<std::uint32_t>(50 + k), calibration.q_IC, calibration.p_IC_m);
+    state.clone_camera(static_cast<std::uint32_t>(50 + k));
   }
 }
 
@@ -146,7 +146,7 @@ TEST(VisualUpdate, InHoverAFeatureStartsOnItsDepthPrior) {
   test::for_all(20, [](test::Generator& g) {
     VisualCase c;
     test::fill_state(g, c.calibration, 0, *c.state);
-    hover(*c.state, c.calibration);
+    hover(*c.state);
     NewTrack t;
     t.id = 300;
     const Vec3 point = test::any_ground_point(g);

@@ -24,7 +24,8 @@ TEST(KernelCanRange, HearsAndIsHeardByThePublicPackage) {
   ASSERT_NE(can, nullptr) << error;
   Receiver receiver(*can, {.node_id = 42, .sensor_id = 0});
   ASSERT_EQ(receiver.start(), Status::kOk);
-  std::FILE* node = popen(PLUMB_PYTHON " " PLUMB_SOURCE_DIR "/test/emulators/can_range/can_range_node.py on vcan0 2>&1", "r");
+  std::FILE* node =
+      popen(PLUMB_PYTHON " " PLUMB_SOURCE_DIR "/test/emulators/can_range/can_range_node.py on vcan0 2>&1", "r");
   ASSERT_NE(node, nullptr);
 
   NodeStatusBroadcast status({.node_id = 11}, clock_now());

@@ -102,6 +102,9 @@ TEST(Messages, HealthTimingAndOutputReachAReceiver) {
   EXPECT_EQ(health.camera_frames_refused, 4);
   EXPECT_EQ(health.predictor_gaps, 5);
   EXPECT_EQ(health.predictor_jump_rad, 0.125);
+  EXPECT_EQ(health.calibration[6], 0.003);
+  EXPECT_EQ(health.calibration_sigma[17], 0.002);
+  EXPECT_EQ(health.pixel_noise_px, 0.75);
   const auto timing = received<timing_t>(encoded(sample_timing()));
   EXPECT_EQ(timing.stage_ns[0], 10);
   EXPECT_EQ(timing.stage_ns[kStageCount - 1], static_cast<std::int64_t>(9 + kStageCount));

@@ -67,6 +67,9 @@ inline HealthRecord sample_health() {
   record.system.frames_refused = 4;
   record.predictor.gaps = 5;
   record.tracking = {.position_m = 0.5, .velocity_m_s = 0.25, .attitude_rad = 0.125};
+  record.calibration.value[6] = 0.003;
+  record.calibration.sigma[17] = 0.002;
+  record.pixel_noise_px = 0.75;
   return record;
 }
 

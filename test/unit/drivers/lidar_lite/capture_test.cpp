@@ -92,8 +92,9 @@ TEST(LidarLiteCapture, AResetEndsAMeasurement) {
 
 // The simulator writes transfers by an implementation of its own, in another language.
 TEST(LidarLiteCapture, ReadsWhatTheSimulatorRecords) {
-  const test::ProgramOutput printed = test::output_of("PYTHONPATH=" PLUMB_SOURCE_DIR "/tools " PLUMB_PYTHON
-                                                      " " PLUMB_SOURCE_DIR "/test/emulators/lidar_lite/lidar_lite_capture.py");
+  const test::ProgramOutput printed =
+      test::output_of("PYTHONPATH=" PLUMB_SOURCE_DIR "/tools " PLUMB_PYTHON " " PLUMB_SOURCE_DIR
+                      "/test/emulators/lidar_lite/lidar_lite_capture.py");
   ASSERT_EQ(printed.exit_status, 0);
   Capture capture(Model::kV3);
   std::istringstream lines(printed.text);
