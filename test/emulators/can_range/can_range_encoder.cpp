@@ -1,5 +1,6 @@
 #include "test/emulators/can_range/can_range_encoder.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb::test {

@@ -1,9 +1,7 @@
 // The CAN range driver on a real socket, with a node played by the public Python package on the other side.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
