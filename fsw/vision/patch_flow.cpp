@@ -10,8 +10,6 @@
 namespace plumb {
 namespace {
 
-// Samples are 16-bit integers: interpolated grey levels in 1/64, their differences and the gradients in 1/8 grey level
-// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31.
 // Samples are 16-bit integers, 8 to a vector: interpolated grey levels in 1/64, their differences and the gradients in
 // 1/8 grey level (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays
 // below 2^31. The additions never saturate.
@@ -34,7 +32,7 @@ static_assert(kMaxSide + 2 <= kMaxColumns && kMaxColumns < kImageMargin_px - 2);
 constexpr std::int64_t kMaxProduct = (255 << kCoarseBits) * (255 << kCoarseBits);
 static_assert(kMaxSide * kMaxSide * kMaxProduct < (std::int64_t{1} << 31));
 
-/// A place in an image: the pixel at its upper left and how far it lies beyond it.
+/// A place in an image: the pixel at its upper left, and the rest.
 struct Place {
   const std::uint8_t* pixels = nullptr;
   std::ptrdiff_t stride = 0;

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
 #include <vector>
 
 #include "fsw/vision/flight_tracker.h"
@@ -49,7 +51,9 @@ void track(ATracker& tracker, const ImageView& image, int index, const MotionPre
 class BothTrackers {
  public:
   BothTrackers(const CameraCalibration& lens, const TrackerOptions& options)
-      : oracle_(std::make_unique<Oracle>(lens, options)), flown_(std::make_unique<Flown>(lens, options)) {}
+      : oracle_(std::make_unique<Oracle>(lens, options)), flown_(std::make_unique<Flown>(lens, options)) {
+    cv::setNumThreads(1);
+  }
 
   void track(const ImageView& image, const MotionPrediction& motion) {
     plumb::track(*oracle_, image, images_, motion, frame_, oracle_score);
@@ -62,8 +66,8 @@ class BothTrackers {
     EXPECT_GE(flown_score.kept_share(), oracle_score.kept_share() - 0.002);
     EXPECT_GE(static_cast<double>(flown_score.seen), 0.99 * static_cast<double>(oracle_score.seen));
     EXPECT_EQ(heap_calls, 0U);
-    RecordProperty("kept", flown_score.kept_share());
-    RecordProperty("kept by OpenCV", oracle_score.kept_share());
+    ::testing::Test::RecordProperty("kept", std::to_string(flown_score.kept_share()));
+    ::testing::Test::RecordProperty("kept by OpenCV", std::to_string(oracle_score.kept_share()));
   }
 
   Score oracle_score;
@@ -71,10 +75,6 @@ class BothTrackers {
   std::uint64_t heap_calls = 0;
 
  private:
-  static void RecordProperty(const char* name, double share) {
-    ::testing::Test::RecordProperty(name, std::to_string(share));
-  }
-
   std::unique_ptr<Oracle> oracle_;
   std::unique_ptr<Flown> flown_;
   Frame frame_;
