@@ -134,6 +134,7 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
   status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
   if (!ok(status)) return status;
   if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = t;
+  if (!standing_) visual_.follow_noise();  // of an image that repeats the last one, tracks have hardly any
   if (standing_) status = fuse_standing(t);
   if (!ok(status)) return status;
   status = fuse_ranges_until(t, true);

@@ -60,6 +60,8 @@ void FilterState<Config>::clone_camera(std::uint32_t sequence, const Vec3& rate_
 template <class Config>
 void FilterState<Config>::set_calibration(const SensorCalibration& file, const CalibrationOptions& sigmas) {
   calibration_ = CalibrationState(file);
+  estimated_ = {};
+  clear_block(covariance(), kCoreSize, Layout::kCalibrationSize);
   core.gyro_scale = core.accel_scale = Vec3::Zero();
   const auto set = [this](bool room, std::size_t at, std::size_t count, double sigma) {
     if (!room || sigma == 0.0) return;

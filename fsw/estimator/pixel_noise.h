@@ -25,13 +25,14 @@ class PixelNoise {
   /// 1 sigma per axis.
   double sigma_px() const { return sigma_px_; }
 
+  void begin_image() { nis_.clear(); }
   /// The normalised squared innovation of one feature of this image, used or not.
   void add(double nis) {
     if (adapts() && std::isfinite(nis)) static_cast<void>(nis_.push_back(nis));
   }
 
   /// The image is complete: the noise for the next one.
-  void finish_image() {
+  void follow() {
     constexpr std::size_t kMinFeatures = 8;  // fewer say too little
     constexpr double kMedian = 2.0 * std::numbers::ln2;
     if (nis_.size() >= kMinFeatures) {
@@ -41,7 +42,6 @@ class PixelNoise {
       const double grown_px = sigma_px_ * std::exp(0.5 * step / options_.pixel_noise_images);
       sigma_px_ = std::clamp(grown_px, options_.pixel_noise_min_px, options_.pixel_noise_max_px);
     }
-    nis_.clear();
   }
 
   void add_to(Hash64& hash) const {

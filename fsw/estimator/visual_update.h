@@ -36,6 +36,11 @@ class VisualUpdate {
   Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, FrameReport& report,
              StageObserver* observer);
 
+  /// Lets the pixel noise follow the innovations of the last run().
+  void follow_noise() {
+    noise_.follow();
+    set_sigma();
+  }
   /// Forgets what was learnt of the pixel noise.
   void clear() {
     noise_.clear();

@@ -30,6 +30,7 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
                                  FrameReport& report, StageObserver* observer) {
   {
     StageScope scope(observer, Stage::kVisualRows);
+    noise_.begin_image();
     remove_lost(state, tracks);
     count_tiles(state, tracks);
     stack.begin(state);
@@ -42,8 +43,6 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
   insert_pending(state, tracks, stack.correction(), report);
   start_without_parallax(state, tracks, prior, report);
   tracks.drop_ended();
-  noise_.finish_image();
-  set_sigma();
   report.slam_features = static_cast<std::uint32_t>(state.features.size());
   return Status::kOk;
 }

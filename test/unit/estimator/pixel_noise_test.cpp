@@ -20,11 +20,12 @@ VisionOptions adapting(double start_px) {
 
 /// One image of features whose innovations have this noise, as seen by a filter that takes it for noise.sigma_px().
 void observe(test::Generator& g, double true_px, double outliers, PixelNoise<kFeatures>& noise) {
+  noise.begin_image();
   for (std::size_t i = 0; i < kFeatures; ++i) {
     const double ratio = (g.uniform(0.0, 1.0) < outliers ? 10.0 : 1.0) * true_px / noise.sigma_px();
     noise.add(g.normal_vector<2>(ratio).squaredNorm());
   }
-  noise.finish_image();
+  noise.follow();
 }
 
 TEST(PixelNoise, SettlesAtTheNoiseOfTheInnovations) {
@@ -67,7 +68,7 @@ TEST(PixelNoise, StaysWhereNothingCanBeLearnt) {
     PixelNoise<kFeatures> few(adapting(1.0));
     for (int i = 0; i < 7; ++i) few.add(50.0);
     for (std::size_t i = 0; i < kFeatures; ++i) few.add(NAN);
-    few.finish_image();
+    few.follow();
     EXPECT_EQ(few.sigma_px(), 1.0);
     few.clear();
     observe(g, 5.0, 0.0, few);

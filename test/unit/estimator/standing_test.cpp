@@ -67,7 +67,8 @@ TEST(Standing, GravityIsAMeasurementOfTiltAndAccelerometerBias) {
   test::for_all(30, [&](test::Generator& g) {
     const auto state = standing_state(g);
     const auto predict = [](const State& s) {
-      return Vec3(s.core.motion.q_WI.conjugate() * Vec3(0.0, 0.0, 9.81) + s.core.b_accel_m_s2);
+      const Vec3 right = s.core.motion.q_WI.conjugate() * Vec3(0.0, 0.0, 9.81) + s.core.b_accel_m_s2;
+      return Vec3(right.cwiseQuotient(Vec3::Ones() + s.core.accel_scale));
     };
     const Vec3 mean = predict(*state) + g.normal_vector<3>(0.1);
     stack->begin(*state);
