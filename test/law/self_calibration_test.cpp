@@ -1,5 +1,5 @@
 // Flights with sensors that are not where the calibration file says: the filter must find the errors as well as its
-// covariance claims, and fly better for it; where the motion does not show them they must stay where they were.
+// covariance claims, and fly better for it; what the motion does not show must stay where it was.
 
 #include <gtest/gtest.h>
 
@@ -133,7 +133,11 @@ TEST(SelfCalibration, ExcitedFlightFindsTheErrorsAndIsTheBetterForIt) {
   EXPECT_LT(mean_rmse_m(estimated), 0.5 * mean_rmse_m(ignored));
 }
 
-TEST(SelfCalibration, AtConstantVelocityItDoesNoHarm) {
+// What this motion does not show stays at its prior. The camera's rotation does not: it is found where it is not, as
+// docs/decisions.md says, and is printed here only.
+TEST(SelfCalibration, AtConstantVelocityWhatIsNotSeenStays) {
+  constexpr double kUntouched = 0.9;            // of the prior's sigma
+  constexpr std::size_t kUnseen[] = {0, 4, 6};  // gyro scale, camera position, beam origin
   const Scene scene = make_scene("cruise_from_start");
   const CalibrationOptions sigmas = uncertain_sensors();
   const std::vector<Outcome> estimated = fly_all(scene, {}, sigmas);
@@ -144,6 +148,10 @@ TEST(SelfCalibration, AtConstantVelocityItDoesNoHarm) {
     std::printf("  %-20s sigma left %5.1f %% of the prior; NEES %.2f\n", kBlocks[i].name,
                 100.0 * left_of_prior(estimated, kBlocks[i], prior_sigmas(sigmas)[i]),
                 mean_nees(estimated, kBlocks[i]));
+  }
+  for (const std::size_t i : kUnseen) {
+    EXPECT_GT(left_of_prior(estimated, kBlocks[i], prior_sigmas(sigmas)[i]), kUntouched) << kBlocks[i].name;
+    EXPECT_LT(mean_nees(estimated, kBlocks[i]), nees_bounds(kConfidence, 3, kRuns).high) << kBlocks[i].name;
   }
 }
 
