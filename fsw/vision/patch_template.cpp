@@ -39,6 +39,27 @@ float total(const Parts& parts) {
   return ((parts[0] + parts[4]) + (parts[2] + parts[6])) + ((parts[1] + parts[5]) + (parts[3] + parts[7]));
 }
 
+/// Samples of the image at a grid of one px around a point, unturned: all lie between their pixels alike. Precondition:
+/// every point of the grid can be interpolated.
+template <std::int32_t Side>
+void sample_square(const ImageView& image, float u_px, float v_px, std::array<float, Side * Side>& out) {
+  const auto column = static_cast<std::int32_t>(u_px);
+  const auto row = static_cast<std::int32_t>(v_px);
+  const float a = u_px - static_cast<float>(column);
+  const float b = v_px - static_cast<float>(row);
+  std::array<float, Side> upper;
+  std::array<float, Side> lower;
+  const std::uint8_t* pixels =
+      image.pixels + static_cast<std::ptrdiff_t>(row - Side / 2) * image.stride + column - Side / 2;
+  interpolate_across(pixels, a, upper);
+  for (std::int32_t r = 0; r < Side; ++r) {
+    pixels += image.stride;
+    interpolate_across(pixels, a, lower);
+    for (std::int32_t c = 0; c < Side; ++c) out[r * Side + c] = upper[c] + b * (lower[c] - upper[c]);
+    upper = lower;
+  }
+}
+
 /// Samples of the image at a grid of one px around a point, warped: row by row, without a gap. Writes up to three more
 /// behind the last. Precondition: every point of the grid can be interpolated.
 template <class Samples>
@@ -105,23 +126,8 @@ Status PatchTemplate::capture(const ImageView& image, float u_px, float v_px) {
   constexpr std::int32_t kReach_px = kHalf_px + 1;  // one more for the central differences
   constexpr std::int32_t kWide = kSide_px + 2;
   if (!covers(image, u_px, v_px, kReach_px, kReach_px)) return Status::kRejected;
-  // The whole patch lies between the pixels alike.
-  const auto column = static_cast<std::int32_t>(u_px);
-  const auto row = static_cast<std::int32_t>(v_px);
-  const float a = u_px - static_cast<float>(column);
-  const float b = v_px - static_cast<float>(row);
   std::array<float, kWide * kWide> wide;
-  std::array<float, kWide> upper;
-  std::array<float, kWide> lower;
-  const std::uint8_t* pixels =
-      image.pixels + static_cast<std::ptrdiff_t>(row - kReach_px) * image.stride + column - kReach_px;
-  interpolate_across(pixels, a, upper);
-  for (std::int32_t r = 0; r < kWide; ++r) {
-    pixels += image.stride;
-    interpolate_across(pixels, a, lower);
-    for (std::int32_t c = 0; c < kWide; ++c) wide[r * kWide + c] = upper[c] + b * (lower[c] - upper[c]);
-    upper = lower;
-  }
+  sample_square<kWide>(image, u_px, v_px, wide);
   Samples value{};
   Samples gradient_u{};
   Samples gradient_v{};

@@ -88,6 +88,7 @@ TEST(Determinism, RealFlightIsCoveredWithoutHeap) {
   if (json.at("heap_calls").is_null()) return;
   EXPECT_EQ(json.at("heap_calls").at("estimator"), 0);
   EXPECT_EQ(json.at("heap_calls").at("fsw_without_tracker"), 0);
+  EXPECT_EQ(json.at("heap_calls").at("tracker"), 0);
 }
 
 }  // namespace

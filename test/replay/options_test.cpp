@@ -48,6 +48,7 @@ TEST_F(Options, WritesEveryFileAndNothingElse) {
   if (!json.at("heap_calls").is_null()) {
     EXPECT_EQ(json.at("heap_calls").at("estimator"), 0);
     EXPECT_EQ(json.at("heap_calls").at("fsw_without_tracker"), 0);
+    EXPECT_EQ(json.at("heap_calls").at("tracker"), 0);
   }
 }
 
