@@ -36,6 +36,12 @@ struct Case {
     report = {};
     return update.fuse(*state, *stack, measured_m, report);
   }
+  /// Another beam than that of the calibration file.
+  void aim(const Vec3& origin_C_m, const Vec3& direction_C) {
+    calibration.p_CR_m = origin_C_m;
+    calibration.u_C = direction_C.normalized();
+    state->set_calibration(calibration, {});
+  }
   /// A feature of the plane at this image point of the present camera, known to one percent.
   void add_feature(std::uint32_t id, const Vec2& z) {
     const CameraPose camera = test::camera_of(state->core, calibration);
@@ -67,8 +73,8 @@ void add_triangle(Case& c, std::uint32_t first_id, const Vec2& centre, double si
 TEST(RangeUpdate, PredictsTheRangeAlongTheCalibratedBeam) {
   test::for_all(200, [](test::Generator& g) {
     Case c = any_case(g);
-    c.calibration.u_C = Vec3(g.uniform(-0.3, 0.3), g.uniform(-0.3, 0.3), 1.0).normalized();
-    c.calibration.p_CR_m = g.normal_vector<3>(0.1);
+    const Vec3 origin = g.normal_vector<3>(0.1);
+    c.aim(origin, Vec3(g.uniform(-0.3, 0.3), g.uniform(-0.3, 0.3), 1.0));
     const Vec3 impact = c.calibration.p_CR_m + c.range_m() * c.calibration.u_C;
     add_triangle(c, 1, impact.head<2>() / impact.z(), 0.15);
     ASSERT_EQ(c.fuse(c.range_m()), Status::kOk);
@@ -83,8 +89,7 @@ TEST(RangeUpdate, AnOffAxisBeamIsLongerThanTheDepth) {
   test::for_all(1, [](test::Generator& g) {
     Case c = any_case(g);
     c.normal = Vec3::UnitZ();
-    c.calibration.p_CR_m.setZero();
-    c.calibration.u_C = Vec3(std::sin(0.1745), 0.0, std::cos(0.1745));  // 10 degrees
+    c.aim(Vec3::Zero(), Vec3(std::sin(0.1745), 0.0, std::cos(0.1745)));  // 10 degrees
     add_triangle(c, 1, Vec2(std::tan(0.1745), 0.0), 0.15);
     ASSERT_EQ(c.fuse(5.0 / std::cos(0.1745)), Status::kOk);
     EXPECT_NEAR(c.report.range_predicted_m, 5.0 / std::cos(0.1745), 1e-9);  // 5.077 m, not 5
@@ -95,7 +100,7 @@ TEST(RangeUpdate, AnOffAxisBeamIsLongerThanTheDepth) {
 TEST(RangeUpdate, LooksForTheFacetWhereTheBeamHits) {
   test::for_all(50, [](test::Generator& g) {
     Case c = any_case(g);
-    c.calibration.u_C = Vec3(0.35, 0.0, 1.0).normalized();
+    c.aim(c.calibration.p_CR_m, Vec3(0.35, 0.0, 1.0));
     const Vec3 impact = c.calibration.p_CR_m + c.range_m() * c.calibration.u_C;
     add_triangle(c, 1, Vec2(0.0, 0.0), 0.1);
     add_triangle(c, 11, impact.head<2>() / impact.z(), 0.1);
