@@ -5,7 +5,8 @@
 #     in_user_mode_linux.sh PROGRAM [ARGUMENT...]
 #
 # The kernel is Debian's user-mode-linux, an ordinary process; it sees the host's files, read-only, and nothing of its
-# devices or network. Exits with the program's exit status, or with 77 where that kernel is not installed.
+# devices or network. Exits with the program's exit status, or with 77 where that kernel is not installed or the machine
+# does not let it run.
 # The program finds the interface vcan0 and /dev/cuse; PLUMB_TEST_KERNEL is set.
 set -euo pipefail
 
@@ -24,6 +25,7 @@ if [[ $$ != 1 ]]; then
   TMPDIR=$work timeout 240 linux.uml mem=512M "umid=plumb$$" "uml_dir=$work/" rootfstype=hostfs rootflags=/ ro \
     "init=$script" "PLUMB_WORK=$work" con=null con0=fd:0,fd:1 quiet </dev/null >"$work/console" 2>&1 || true
   sed -e 's/\r$//' -e '/^exit status [0-9]*$/d' "$work/console"
+  grep -q "^kernel " "$work/console" || { echo "no kernel in user mode runs on this machine" && exit 77; }
   status=$(sed -n 's/^exit status \([0-9]*\)\r*$/\1/p' "$work/console")
   exit "${status:-1}"
 fi
@@ -31,6 +33,7 @@ fi
 # From here on as the first process under that kernel.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin PLUMB_TEST_KERNEL=1 PYTHONDONTWRITEBYTECODE=1
 command=$(<"$PLUMB_WORK/command")
+echo "kernel $(uname -r)"
 mount -t proc proc /proc
 mount -t sysfs sys /sys
 mount -t tmpfs tmp /tmp
