@@ -24,7 +24,7 @@ CanFilter Decoder::filter() const {
     return {.id = options_.benewake_id, .mask = kCanStandardIdMask, .is_extended = false};
   }
   // Type and service flag; the node too when it is known; any priority.
-  CanFilter filter{.id = kMeasurementTypeId << kTypeIdShift, .mask = 0xFFFF80, .is_extended = true};
+  CanFilter filter{.id = kMeasurementTypeId << kTypeIdShift, .mask = kTypeAndServiceMask, .is_extended = true};
   if (options_.node_id != kAny) {
     filter.id |= static_cast<std::uint32_t>(options_.node_id);
     filter.mask |= kMaxNodeId;
@@ -37,7 +37,6 @@ Result<Reading> Decoder::decode(const ReceivedCanFrame& received) {
 }
 
 Time Decoder::measured_at(Time t_frame_end, int frame_bits) const {
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
   return t_frame_end - Duration::from_ns(frame_bits * kNsPerSecond / options_.bus_bit_s) - options_.latency;
 }
 

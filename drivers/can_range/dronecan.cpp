@@ -91,8 +91,7 @@ void MeasurementTransfers::begin(Node& node, std::uint8_t transfer_id, Time t) {
 
 Result<ReceivedMeasurement> MeasurementTransfers::on_frame(const ReceivedCanFrame& received) {
   const CanFrame& frame = received.frame;
-  constexpr std::uint32_t kTypeAndService = 0xFFFF80;
-  if (!frame.is_extended || (frame.id & kTypeAndService) != kMeasurementTypeId << kTypeIdShift)
+  if (!frame.is_extended || (frame.id & kTypeAndServiceMask) != kMeasurementTypeId << kTypeIdShift)
     return Status::kNotReady;
   const auto source = static_cast<std::uint8_t>(frame.id & kMaxNodeId);
   // The message takes several frames, which an anonymous node may not send, and a tail alone says nothing.

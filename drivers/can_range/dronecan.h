@@ -21,6 +21,7 @@ inline constexpr std::uint8_t kMaxNodeId = 127;
 // A message frame's identifier: priority (5 bits), type (16), service flag (1), source node (7).
 inline constexpr unsigned kPriorityShift = 24;
 inline constexpr unsigned kTypeIdShift = 8;
+inline constexpr std::uint32_t kTypeAndServiceMask = 0xFFFF80;  ///< of an identifier: message type and service flag
 // The last byte of a frame: start and end of the transfer, toggle, transfer id.
 inline constexpr std::uint8_t kTailStart = 0x80;
 inline constexpr std::uint8_t kTailEnd = 0x40;

@@ -15,8 +15,7 @@ NodeStatusBroadcast::NodeStatusBroadcast(const NodeStatusOptions& options, Time 
 Result<CanFrame> NodeStatusBroadcast::next(Time now, NodeHealth health, NodeMode mode) {
   if (now < due_) return Status::kNotReady;
   // Keeps the rhythm through small delays, and starts a new one after a long one.
-  due_ = std::max(due_ + kNodeStatusPeriod, now + Duration::from_ns(kNodeStatusPeriod.ns() / 2));
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+  due_ = std::max(due_ + kNodeStatusPeriod, now + kNodeStatusPeriod / 2);
   const auto uptime_s = static_cast<std::uint32_t>(std::max<std::int64_t>((now - start_).ns() / kNsPerSecond, 0));
   CanFrame frame;
   frame.id = static_cast<std::uint32_t>(options_.priority) << kPriorityShift | kNodeStatusTypeId << kTypeIdShift |

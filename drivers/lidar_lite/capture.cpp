@@ -10,7 +10,7 @@ constexpr std::uint8_t kAutoIncrement = 0x80;
 
 bool same_register(std::uint8_t a, std::uint8_t b) { return (a | kAutoIncrement) == (b | kAutoIncrement); }
 
-Time middle(Time a, Time b) { return a + Duration::from_ns((b - a).ns() / 2); }
+Time middle(Time a, Time b) { return a + (b - a) / 2; }
 
 }  // namespace
 

@@ -9,8 +9,6 @@ namespace plumb::stim300 {
 namespace {
 
 // Codes of the configuration datagram, by index.
-constexpr std::array<int, 6> kRates_hz = {125, 250, 500, 1000, 2000, 0};
-constexpr std::array<int, 5> kFilters_hz = {16, 33, 66, 131, 262};
 constexpr std::array<std::uint32_t, 4> kBauds = {374400, 460800, 921600, 1843200};
 constexpr unsigned kUserBaudCode = 15;
 
@@ -57,7 +55,7 @@ constexpr double power_of_two(unsigned n) { return static_cast<double>(std::uint
 Duration to_middle(Unit unit, int rate_hz) {
   const int internal_samples = kInternalRate_hz / rate_hz;
   if (unit == Unit::kInstant) return {};
-  return Duration::from_ns(kInternalPeriod.ns() / 2) * (internal_samples - 1);
+  return kInternalPeriod / 2 * (internal_samples - 1);
 }
 
 // Bits 6 to 4 and 2 to 0 of two bytes hold the filter of X, Y, Z. Returns the table's size when they differ.
@@ -117,11 +115,7 @@ bool decode_accel_range(std::span<const std::uint8_t> bytes, Settings& settings)
 }  // namespace
 
 Result<Settings> decode_configuration(std::span<const std::uint8_t> bytes) {
-  if (bytes.empty()) return Status::kInvalidValue;
-  const Layout& layout = layout_of(bytes[0]);
-  if (layout.kind != Kind::kConfiguration || layout.size != bytes.size() || !checksum_holds(bytes)) {
-    return Status::kInvalidValue;
-  }
+  if (!is_whole(bytes, Kind::kConfiguration)) return Status::kInvalidValue;
   Settings settings;
   const bool known =
       decode_transmission(bytes, settings) && decode_sensors(bytes, settings) && decode_accel_range(bytes, settings);
@@ -154,7 +148,6 @@ bool is_usable(const Settings& settings) {
                      range_index(settings.accel_range_g) < kAccelRanges.size();
   const bool integrated = settings.gyro_unit == Unit::kIntegral || settings.accel_unit == Unit::kIntegral;
   if (!known || integrated || !settings.accelerometer) return false;
-  constexpr std::uint64_t kBitsPerByte = 10;  // with start and stop bit
   const std::uint64_t bits_per_second =
       datagram_bytes(settings) * kBitsPerByte * static_cast<unsigned>(settings.rate_hz);
   return settings.baud == 0 || bits_per_second <= settings.baud;

@@ -2,6 +2,7 @@
 // How a STIM300 is set up: what it says in its configuration datagram, and what the flight expects. Source: data sheet
 // TS1524 rev.31, tables 5-16 (configuration), 5-8 to 5-12 (codes) and section 7.5.2.2 (scale factors, delays).
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -14,6 +15,11 @@ namespace plumb::stim300 {
 /// Internal samples a second, which the counter of a datagram counts.
 inline constexpr int kInternalRate_hz = 2000;
 inline constexpr Duration kInternalPeriod = Duration::from_us(500);
+/// On the line: a start bit, 8 data bits, a stop bit.
+inline constexpr int kBitsPerByte = 10;
+/// What the unit can be set to, by code: datagrams a second (0: on an external trigger), -3 dB of the low-pass filters.
+inline constexpr std::array<int, 6> kRates_hz = {125, 250, 500, 1000, 2000, 0};
+inline constexpr std::array<int, 5> kFilters_hz = {16, 33, 66, 131, 262};
 /// What the unit takes for g in its own conversions.
 inline constexpr double kUnitGravity_m_s2 = 9.80665;
 

@@ -91,12 +91,6 @@ std::int32_t signed_at(std::span<const std::uint8_t> bytes, std::size_t at, std:
   return static_cast<std::int32_t>(unsigned_at(bytes, at, count) << unused) >> unused;
 }
 
-bool is_whole(std::span<const std::uint8_t> bytes, Kind kind) {
-  if (bytes.empty()) return false;
-  const Layout& layout = layout_of(bytes[0]);
-  return layout.kind == kind && layout.size == bytes.size() && checksum_holds(bytes);
-}
-
 }  // namespace
 
 const Layout& layout_of(std::uint8_t identifier) { return kLayouts[identifier]; }
@@ -113,6 +107,12 @@ bool checksum_holds(std::span<const std::uint8_t> datagram) {
   PLUMB_ASSERT(datagram.size() > kChecksumBytes);
   const std::size_t covered = datagram.size() - kChecksumBytes;
   return checksum(datagram.first(covered)) == unsigned_at(datagram, covered, kChecksumBytes);
+}
+
+bool is_whole(std::span<const std::uint8_t> bytes, Kind kind) {
+  if (bytes.empty()) return false;
+  const Layout& layout = layout_of(bytes[0]);
+  return layout.kind == kind && layout.size == bytes.size() && checksum_holds(bytes);
 }
 
 Result<Datagram> decode(std::span<const std::uint8_t> bytes) {

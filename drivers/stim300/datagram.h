@@ -53,6 +53,8 @@ const Layout& layout_of(std::uint8_t identifier);
 std::uint32_t checksum(std::span<const std::uint8_t> bytes);
 /// Whether the last four bytes are the checksum of those before. Precondition: more than four bytes.
 bool checksum_holds(std::span<const std::uint8_t> datagram);
+/// Whether the bytes are one datagram of this kind, of the right size and with a checksum that holds.
+bool is_whole(std::span<const std::uint8_t> bytes, Kind kind);
 
 /// Status byte (table 5-23).
 inline constexpr std::uint8_t kStatusIntegrity = 0x80;  ///< system integrity error

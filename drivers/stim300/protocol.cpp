@@ -6,10 +6,7 @@
 namespace plumb::stim300 {
 namespace {
 
-// A start bit, 8 data bits, a stop bit.
 Duration wire_time(std::size_t bytes, std::uint32_t baud) {
-  constexpr std::int64_t kBitsPerByte = 10;
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
   return Duration::from_ns(static_cast<std::int64_t>(bytes) * kBitsPerByte * kNsPerSecond / baud);
 }
 

@@ -19,7 +19,7 @@ constexpr Duration kMaxLate = Duration::from_ms(250);
 std::int64_t count_samples(std::uint8_t from, std::uint8_t to, Duration silent) {
   const std::int64_t step = static_cast<std::uint8_t>(to - from);
   constexpr Duration kTurn = kInternalPeriod * kCounterTurn;
-  const Duration rest = silent - kInternalPeriod * step + Duration::from_ns(kTurn.ns() / 2);
+  const Duration rest = silent - kInternalPeriod * step + kTurn / 2;
   return step + kCounterTurn * (std::max(rest, Duration()).ns() / kTurn.ns());
 }
 
@@ -54,7 +54,7 @@ Time SampleClock::follow(Time t_counted, Duration elapsed, Time t_observed) {
     return t_observed;
   }
   constexpr std::int64_t kMillion = 1'000'000;
-  const Duration drift = Duration::from_ns((elapsed * kMaxDrift_ppm).ns() / kMillion);
+  const Duration drift = elapsed * kMaxDrift_ppm / kMillion;
   return t_counted + std::min(late, drift);
 }
 

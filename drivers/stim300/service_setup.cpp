@@ -20,8 +20,6 @@ char code_of(const Table& table, int value) {
   return '?';
 }
 
-char filter_code(int hz) { return code_of(std::array{16, 33, 66, 131, 262}, hz); }
-
 // Codes 0 to 7 without PPS, letters with it.
 char content_code(const Settings& settings) {
   constexpr std::string_view kWithPps = "lmnpqrst";
@@ -51,12 +49,12 @@ ServiceSetup::Command ServiceSetup::command_for(Step step) const {
   };
   switch (step) {
     case Step::kEnter: add("SERVICEMODE"); break;
-    case Step::kRate: add_code("m ", code_of(std::array{125, 250, 500, 1000, 2000}, settings_.rate_hz)); break;
+    case Step::kRate: add_code("m ", code_of(kRates_hz, settings_.rate_hz)); break;
     case Step::kContent: add_code("d ", content_code(settings_), settings_.cr_lf ? ",1" : ",0"); break;
     case Step::kGyroUnit: add_code("u g,", gyro_unit_code(settings_)); break;
     case Step::kAccelUnit: add_code("u a,", static_cast<char>('0' + static_cast<int>(settings_.accel_unit))); break;
-    case Step::kGyroFilter: add_code("f ", filter_code(settings_.gyro_filter_hz), ",g"); break;
-    case Step::kAccelFilter: add_code("f ", filter_code(settings_.accel_filter_hz), ",a"); break;
+    case Step::kGyroFilter: add_code("f ", code_of(kFilters_hz, settings_.gyro_filter_hz), ",g"); break;
+    case Step::kAccelFilter: add_code("f ", code_of(kFilters_hz, settings_.accel_filter_hz), ",a"); break;
     case Step::kSave: add("s"); break;
     case Step::kConfirm: add("Y"); break;
     case Step::kLeave: add("x N"); break;

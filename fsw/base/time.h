@@ -27,6 +27,8 @@ constexpr std::int64_t saturating_mul(std::int64_t a, std::int64_t b) {
 }
 }  // namespace detail
 
+inline constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
 class Duration {
  public:
   constexpr Duration() = default;
@@ -51,6 +53,8 @@ class Duration {
   friend constexpr Duration operator+(Duration a, Duration b) { return Duration(detail::saturating_add(a.ns_, b.ns_)); }
   friend constexpr Duration operator-(Duration a, Duration b) { return Duration(detail::saturating_sub(a.ns_, b.ns_)); }
   friend constexpr Duration operator*(Duration a, std::int64_t k) { return Duration(detail::saturating_mul(a.ns_, k)); }
+  /// Towards zero. Precondition: k is above 0.
+  friend constexpr Duration operator/(Duration a, std::int64_t k) { return Duration(a.ns_ / k); }
   friend constexpr auto operator<=>(Duration, Duration) = default;
 
  private:

@@ -11,6 +11,7 @@ constexpr std::size_t kMovingRows = 9;  // theta, xi_p, xi_v change with time; b
 
 void mirror_block(MatrixView p, std::size_t at, std::size_t count) {
   for (std::size_t r = at; r < at + count; ++r) {
+    for (std::size_t q = r + 1; q < at + count; ++q) p(r, q) = p(q, r);
     for (std::size_t c = 0; c < p.cols(); ++c) p(c, r) = p(r, c);
   }
 }
@@ -72,10 +73,6 @@ void assign_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, const
     for (std::size_t c = 0; c < p.cols(); ++c) p(at + r, c) = jp(r, c);
     for (std::size_t q = 0; q <= r; ++q) p(at + r, at + q) = p(at + q, at + r) = diagonal[q];
   }
-  // Rows first, then the mirror: the diagonal block is already in place for both.
-  for (std::size_t r = 0; r < rows; ++r) {
-    for (std::size_t q = r + 1; q < rows; ++q) p(at + r, at + q) = p(at + q, at + r);
-  }
   mirror_block(p, at, rows);
 }
 
@@ -95,9 +92,6 @@ void add_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, std::siz
     for (std::size_t q = 0; q <= r; ++q) {
       for (std::size_t k = 0; k < jacobian.cols(); ++k) p(at + r, at + q) += p(at + r, from + k) * jacobian(q, k);
     }
-  }
-  for (std::size_t r = 0; r < rows; ++r) {
-    for (std::size_t q = r + 1; q < rows; ++q) p(at + r, at + q) = p(at + q, at + r);
   }
   mirror_block(p, at, rows);
 }

@@ -40,7 +40,7 @@ class Estimator {
 
   /// True when the buffered IMU reaches the image with this stamp, so that process() can integrate exactly to it.
   bool imu_reaches(Time stamp) const { return imu_.newest() >= state_.calibration().imu_time(stamp); }
-  /// Camera rotation from the last processed image to the one with this stamp, from the gyro and the bias estimate; and
+  /// Camera rotation from the last processed image to the one with this stamp, from the gyro as estimated; and
   /// where in it the spots of the ranges so far are.
   MotionPrediction predict_motion(Time stamp) const;
 

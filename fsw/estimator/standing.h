@@ -57,7 +57,6 @@ void add_gravity(const FilterState<Config>& state, UpdateStack<Config>& stack, c
                  double gravity_m_s2, double sigma_m_s2) {
   const Mat3 r_transposed = state.core.motion.q_WI.toRotationMatrix().transpose();
   const Vec3 up(0.0, 0.0, gravity_m_s2);
-  const Vec3 expected_m_s2 = r_transposed * up + state.core.b_accel_m_s2;
   MatrixView h = stack.open(3);
   // R^T up = R_hat^T Exp(-theta) up
   h.fixed<3, 3>(0, kTheta) = r_transposed * skew(up) / sigma_m_s2;
@@ -65,6 +64,7 @@ void add_gravity(const FilterState<Config>& state, UpdateStack<Config>& stack, c
   Support support;
   using Layout = ErrorLayout<Config>;
   if constexpr (Layout::kBlocks.imu_scale) {
+    const Vec3 expected_m_s2 = r_transposed * up + state.core.b_accel_m_s2;
     h.fixed<3, 3>(0, Layout::kImuScale + 3) = -Mat3(expected_m_s2.asDiagonal()) / sigma_m_s2;
     static_cast<void>(support.push_back({Layout::kImuScale + 3, 3}));
   }

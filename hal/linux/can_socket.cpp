@@ -4,7 +4,6 @@
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -36,15 +35,6 @@ can_filter to_system(const CanFilter& filter) {
 template <typename T>
 bool set_option(int socket, int level, int option, const T& value) {
   return setsockopt(socket, level, option, &value, sizeof value) == 0;
-}
-
-/// A negative socket only waits.
-int wait_readable(int socket, Duration timeout) {
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
-  const std::int64_t ns = std::max<std::int64_t>(timeout.ns(), 0);
-  const timespec wait{.tv_sec = ns / kNsPerSecond, .tv_nsec = ns % kNsPerSecond};
-  pollfd waiting{.fd = socket, .events = POLLIN, .revents = 0};
-  return ppoll(&waiting, 1, &wait, nullptr);
 }
 
 }  // namespace
@@ -196,7 +186,7 @@ Result<ReceivedCanFrame> LinuxCanSocket::receive(Duration timeout) {
   const Time deadline = clock_now() + std::max(timeout, Duration());
   for (int looked = 0; looked < kMaxFramesPerCall; ++looked) {
     if (!reopen()) {
-      (void)wait_readable(-1, std::min(timeout, kReopenPeriod));  // so that a caller's loop does not spin
+      (void)wait_for(-1, POLLIN, std::min(timeout, kReopenPeriod));  // so that a caller's loop does not spin
       return Status::kRejected;
     }
     const Result<ReceivedCanFrame> taken = take();
@@ -204,7 +194,7 @@ Result<ReceivedCanFrame> LinuxCanSocket::receive(Duration timeout) {
     if (taken.status() == Status::kInvalidValue) continue;
     const Duration left = deadline - clock_now();
     if (left <= Duration()) return Status::kNotReady;
-    (void)wait_readable(socket_, left);  // whatever it says, the next take() tells what there is
+    (void)wait_for(socket_, POLLIN, left);  // whatever it says, the next take() tells what there is
   }
   return Status::kNotReady;
 }

@@ -5,12 +5,10 @@
 #include <asm/termbits.h>
 #include <fcntl.h>
 #include <linux/serial.h>
-#include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -61,12 +59,6 @@ bool set_low_latency(int file) {
   return ioctl(file, TIOCSSERIAL, &serial) == 0;
 }
 
-timespec to_timespec(Duration wait) {
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
-  const std::int64_t ns = std::max<std::int64_t>(wait.ns(), 0);
-  return {.tv_sec = static_cast<time_t>(ns / kNsPerSecond), .tv_nsec = static_cast<long>(ns % kNsPerSecond)};
-}
-
 }  // namespace
 
 std::unique_ptr<LinuxSerialPort> LinuxSerialPort::open(const std::string& device, const SerialOptions& options,
@@ -101,9 +93,7 @@ Status LinuxSerialPort::failed(int error) {
 Status LinuxSerialPort::wait(short events, Time deadline) {
   for (;;) {  // once, and again only after a signal, until the deadline
     const Duration left = deadline - clock_now();
-    const timespec timeout = to_timespec(left);
-    pollfd line{.fd = file_, .events = events, .revents = 0};
-    const int ready = ppoll(&line, 1, &timeout, nullptr);
+    const int ready = wait_for(file_, events, left);
     if (ready > 0) return Status::kOk;
     if (ready < 0 && errno != EINTR) return failed(errno);
     if (ready == 0 || left <= Duration()) return Status::kNotReady;

@@ -10,7 +10,7 @@ namespace {
 
 // Seconds with all nine decimals, which a double does not hold for times since 1970.
 void print_seconds(std::FILE* stream, Time t) {
-  std::fprintf(stream, "%" PRId64 ".%09" PRId64, t.ns() / 1'000'000'000, t.ns() % 1'000'000'000);
+  std::fprintf(stream, "%" PRId64 ".%09" PRId64, t.ns() / kNsPerSecond, t.ns() % kNsPerSecond);
 }
 
 void print_tum(std::FILE* stream, Time t, const std::array<double, 3>& p_WI_m, const std::array<double, 4>& q_WI) {

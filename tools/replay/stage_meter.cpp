@@ -1,16 +1,11 @@
 #include "tools/replay/stage_meter.h"
 
-#include <ctime>
-
+#include "hal/linux/monotonic_clock.h"
 #include "tools/replay/heap_counter.h"
 
 namespace plumb::replay {
 
-std::int64_t thread_cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
+std::int64_t thread_cpu_ns() { return clock_now(CLOCK_THREAD_CPUTIME_ID).ns(); }
 
 void StageMeter::enter(Stage) {
   entered_heap_calls_ = heap_calls();

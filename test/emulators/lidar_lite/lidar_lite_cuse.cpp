@@ -10,7 +10,6 @@
 #include <fuse_opt.h>
 #include <linux/i2c-dev.h>
 #include <linux/i2c.h>
-#include <time.h>
 
 #include <cerrno>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "hal/linux/monotonic_clock.h"
 #include "test/emulators/lidar_lite/lidar_lite_emulator.h"
 
 namespace {
@@ -36,11 +36,7 @@ struct Server {
 
 Server& server_of(fuse_req_t request) { return *static_cast<Server*>(fuse_req_userdata(request)); }
 
-std::int64_t now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000L + t.tv_nsec;
-}
+std::int64_t now_ns() { return plumb::clock_now().ns(); }
 
 void on_open(fuse_req_t request, fuse_file_info* file) { fuse_reply_open(request, file); }
 

@@ -10,16 +10,13 @@
 #include <thread>
 
 #include "fsw/base/mission_config.h"
+#include "hal/linux/monotonic_clock.h"
 #include "test/support/sim/flight.h"
 
 namespace plumb::sim {
 namespace {
 
-double thread_cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+double thread_cpu_s() { return clock_now(CLOCK_THREAD_CPUTIME_ID).seconds(); }
 
 Run fly_seed(const Scene& scene, CampaignSettings settings, std::uint64_t seed) {
   settings.flight.seed = seed;

@@ -110,6 +110,15 @@ TEST(Time, EveryOperatorSaturates) {
   EXPECT_EQ(Time::from_seconds(10.0) - Time::never(), Duration::max());
 }
 
+TEST(Time, DividingUndoesMultiplyingAndEndsTowardsZero) {
+  test::for_all(1000, [](test::Generator& g) {
+    const Duration a = Duration::from_ns(g.integer(-1'000'000'000, 1'000'000'000));
+    const std::int64_t k = g.integer(1, 1000);
+    EXPECT_EQ(a * k / k, a);
+    EXPECT_EQ((a * k + Duration::from_ns(a < Duration() ? 1 - k : k - 1)) / k, a);
+  });
+}
+
 TEST(Time, OrderIsThatOfTheNanoseconds) {
   test::for_all(1000, [](test::Generator& g) {
     const auto a = static_cast<std::int64_t>(g.bits());

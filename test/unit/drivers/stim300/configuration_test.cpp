@@ -6,6 +6,7 @@
 
 #include "test/emulators/stim300/stim300_encoder.h"
 #include "test/support/property.h"
+#include "test/unit/drivers/stim300/session.h"
 #include "test/unit/drivers/stim300/vectors.h"
 
 namespace plumb::stim300 {
@@ -72,21 +73,11 @@ TEST(Stim300Configuration, AnOlderUnitDoesNotTellItsRange) {
 // Whatever an emulated unit is set up to is read back from its datagram.
 TEST(Stim300Configuration, ReadsEverySetupOfTheEmulator) {
   constexpr std::array<int, 5> kFilters = {16, 33, 66, 131, 262};
-  constexpr std::array<int, 4> kRanges = {5, 10, 30, 80};
+  constexpr int kUnits = 4;
   constexpr std::array<std::uint32_t, 5> kBauds = {374400, 460800, 921600, 1843200, 3000000};
   test::for_all(500, [&](test::Generator& g) {
-    Stim300Setup setup;
-    setup.rate_code = static_cast<int>(g.integer(0, 4));
+    Stim300Setup setup = test::any_setup(g, kUnits);
     setup.accelerometer = g.integer(0, 1) == 1;
-    setup.inclinometer = g.integer(0, 1) == 1;
-    setup.temperatures = g.integer(0, 1) == 1;
-    setup.pps = g.integer(0, 1) == 1;
-    setup.cr_lf = g.integer(0, 1) == 1;
-    setup.gyro_unit = static_cast<int>(g.integer(0, 3) + 8 * g.integer(0, 1));
-    setup.accel_unit = static_cast<int>(g.integer(0, 3));
-    setup.gyro_filter = static_cast<int>(g.integer(0, 4));
-    setup.accel_filter = static_cast<int>(g.integer(0, 4));
-    setup.accel_range_g = kRanges[static_cast<std::size_t>(g.integer(0, 3))];
     setup.baud = kBauds[static_cast<std::size_t>(g.integer(0, 4))];
     test::Bytes bytes = emulator::encode_configuration(setup);
     if (setup.cr_lf) bytes = test::without_cr_lf(bytes);

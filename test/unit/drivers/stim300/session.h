@@ -2,11 +2,13 @@
 // The protocol at the other end of an emulated unit's line, with the time of both in the test's hands.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "drivers/stim300/protocol.h"
 #include "test/emulators/stim300/stim300_emulator.h"
+#include "test/support/property.h"
 
 namespace plumb::test {
 
@@ -29,6 +31,24 @@ inline stim300::Settings settings_of(const emulator::Stim300Setup& setup) {
           .temperatures = setup.temperatures,
           .pps = setup.pps,
           .cr_lf = setup.cr_lf};
+}
+
+/// Any content, filter, range and rate, in one of the first `units` units; at the highest of the baud rates.
+inline emulator::Stim300Setup any_setup(Generator& g, int units) {
+  constexpr std::array<int, 4> kRanges = {5, 10, 30, 80};
+  emulator::Stim300Setup setup;
+  setup.baud = 1843200;
+  setup.rate_code = static_cast<int>(g.integer(0, 4));
+  setup.inclinometer = g.integer(0, 1) == 1;
+  setup.temperatures = g.integer(0, 1) == 1;
+  setup.pps = g.integer(0, 1) == 1;
+  setup.cr_lf = g.integer(0, 1) == 1;
+  setup.gyro_unit = static_cast<int>(g.integer(0, units - 1) + 8 * g.integer(0, 1));
+  setup.accel_unit = static_cast<int>(g.integer(0, units - 1));
+  setup.gyro_filter = static_cast<int>(g.integer(0, 4));
+  setup.accel_filter = static_cast<int>(g.integer(0, 4));
+  setup.accel_range_g = kRanges[static_cast<std::size_t>(g.integer(0, 3))];
+  return setup;
 }
 
 class Stim300Session {
