@@ -55,6 +55,9 @@ void NavSystem<Config>::add_samples(const InputFrame& input) {
     add_imu(sample);
   }
   while (next_range < input.range.size()) add_next_range();
+  for (const DirectionSample& direction : input.direction) {
+    if (!ahead(direction.t)) static_cast<void>(estimator_.add_direction(direction));  // likewise
+  }
 }
 
 template <class Config>

@@ -25,6 +25,11 @@ consteval Row range(Text name, Text unit, double min, double max, Text descripti
   return param<Parameters, &Parameters::estimator, &EstimatorOptions::range, Member>(name, unit, min, max, description);
 }
 template <auto Member>
+consteval Row direction(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::estimator, &EstimatorOptions::direction, Member>(name, unit, min, max,
+                                                                                         description);
+}
+template <auto Member>
 consteval Row start(Text name, Text unit, double min, double max, Text description) {
   return param<Parameters, &Parameters::estimator, &EstimatorOptions::start, Member>(name, unit, min, max, description);
 }
@@ -95,6 +100,14 @@ constexpr std::array kRows{
     range<&RangeOptions::max_features>("range.max_features", "1", 0, 100, "SLAM features that may be ranged ones"),
     range<&RangeOptions::feature_slope>("range.feature_slope", "1", 0.0, 10.0,
                                         "slope of the ground between a ranged feature and the laser's spot"),
+
+    direction<&DirectionOptions::sun_noise_rad>("direction.sun_noise", "rad", 0.0, 1.0,
+                                                "1 sigma of a sun sensor, per axis; 0: it is not used"),
+    direction<&DirectionOptions::magnetometer_noise_rad>(
+        "direction.magnetometer_noise", "rad", 0.0, 1.0,
+        "1 sigma of the direction of the magnetic field; 0: it is not used"),
+    direction<&DirectionOptions::gate_probability>("direction.gate_probability", "1", 0.9, 0.999999,
+                                                   "chi-square gate of known directions"),
 
     start<&StartOptions::gyro_bias_sigma_rad_s>("start.gyro_bias_sigma", "rad/s", 1e-6, 1.0,
                                                 "1 sigma of the turn-on gyro bias"),
@@ -179,7 +192,7 @@ constexpr ParamTable<Parameters> kTable{kRows};
 const ParamTable<Parameters>& parameter_table() { return kTable; }
 
 const char* conflict_in(const Parameters& parameters) {
-  const auto& [imu, vision, range, start, calibration] = parameters.estimator;
+  const auto& [imu, vision, range, direction, start, calibration] = parameters.estimator;
   if (range.min_range_m >= range.max_range_m) return "range.min_range must be below range.max_range";
   if (vision.min_depth_m >= vision.max_depth_m) return "vision.min_depth must be below vision.max_depth";
   if (vision.pixel_noise_min_px > vision.pixel_noise_max_px) {

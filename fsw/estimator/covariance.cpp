@@ -122,6 +122,17 @@ void propagate_core(MatrixView p, const Mat15& phi, const Mat15& q) {
   }
 }
 
+void rotate_block(MatrixView p, std::size_t at, const Mat3& rotation) {
+  for (std::size_t c = 0; c < p.cols(); ++c) {
+    const Vec3 turned = rotation * Vec3(p(at, c), p(at + 1, c), p(at + 2, c));
+    for (std::size_t k = 0; k < 3; ++k) p(at + k, c) = turned(static_cast<Eigen::Index>(k));
+  }
+  auto square = p.fixed<3, 3>(at, at);
+  const Mat3 both = square * rotation.transpose();
+  square = 0.5 * (both + both.transpose());
+  mirror_block(p, at, 3);
+}
+
 Mat15 to_nav_covariance(ConstMatrixView p, const Quat& q_WI, const Vec3& p_WI, const Vec3& v_WI) {
   // dp = xi_p - [p]x theta, dv = xi_v - [v]x theta, dtheta_local = R^T theta.
   Mat15 t = Mat15::Zero();

@@ -22,6 +22,9 @@ void assign_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, const
 /// x[at..at+rows) <- x[at..at+rows) + J x[from..from+cols), J rows x cols, the two ranges apart. rows <= 9.
 void add_linear(MatrixView p, std::size_t at, ConstMatrixView jacobian, std::size_t from);
 
+/// x[at..at+3) <- rotation x[at..at+3).
+void rotate_block(MatrixView p, std::size_t at, const Mat3& rotation);
+
 /// out(row) <- J(row) P for rows whose non-zero columns are `support`.
 void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out);
 

@@ -27,6 +27,7 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
       observer_(observer),
       visual_(options.vision, calibration, options.range.max_features),
       range_(options.range),
+      direction_(options.direction),
       image_stillness_(options.start, calibration),
       start_window_(options, calibration) {
   clear_state();
@@ -39,6 +40,7 @@ void Estimator<Config>::reset() {
   while (!ranges_.empty()) drop_oldest_range(RangeOutcome::kStale);
   visual_.clear();
   range_.clear();
+  direction_.clear();
   image_stillness_.clear();
   start_window_.clear();
   initialised_ = false;
@@ -139,6 +141,8 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
   if (!ok(status)) return status;
   status = fuse_ranges_until(t, true);
   if (!ok(status)) return status;
+  status = fuse_directions(t);
+  if (!ok(status)) return status;
   return state_.healthy() ? Status::kOk : Status::kNumericalFault;
 }
 
@@ -197,6 +201,14 @@ Status Estimator<Config>::fuse_standing(Time t) {
 }
 
 template <class Config>
+Status Estimator<Config>::fuse_directions(Time t) {
+  const Result<bool> turned = direction_.fuse(state_, stack_, imu_, t, report_, counters_);
+  if (!turned) return turned.status();
+  if (*turned) range_.clear();  // the facets that it remembers stand in the old world
+  return Status::kOk;
+}
+
+template <class Config>
 DepthPrior Estimator<Config>::depth_prior() const {
   constexpr double kRelativeSigma = 0.5;  // a scene within a factor of two of this depth is well inside two sigma
   const double ranged_m = recent_range_depth_m();
@@ -246,6 +258,7 @@ void Estimator<Config>::publish(bool visual, Time t) {
   };
   nav_.t = state_.t;
   nav_.valid = true;
+  nav_.heading_known = direction_.heading_known();
   const bool vision = within(last_visual_t_, kAidingTimeout_s) || standing_;
   const bool range = within(last_range_t_, 2.0 * kAidingTimeout_s);
   nav_.mode = !vision ? NavMode::kInertial : (range ? NavMode::kRangeVio : NavMode::kVio);

@@ -7,6 +7,7 @@
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
+#include "fsw/estimator/direction_update.h"
 #include "fsw/estimator/imu_buffer.h"
 #include "fsw/estimator/options.h"
 #include "fsw/estimator/range_update.h"
@@ -37,6 +38,10 @@ class Estimator {
   /// Buffers one range; it is used once, at its own time, by the next process() that reaches it. kInvalidValue, kStale,
   /// kFull: counted and dropped.
   Status add_range(const RangeSample& sample);
+
+  /// Buffers one direction for the next image at or after it; the first that agree turn the world to its true heading,
+  /// which position and velocity follow. kInvalidValue, kOutOfOrder: counted and dropped.
+  Status add_direction(const DirectionSample& sample) { return direction_.add(sample, counters_); }
 
   /// True when the buffered IMU reaches the image with this stamp, so that process() can integrate exactly to it.
   bool imu_reaches(Time stamp) const { return imu_.newest() >= state_.calibration().imu_time(stamp); }
@@ -79,6 +84,7 @@ class Estimator {
     tracks_.add_to(h);
     visual_.add_to(h);
     range_.add_to(h);
+    direction_.add_to(h);
     image_stillness_.add_to(h);
     imu_.add_to(h, state_.t);
     h.add(range_depths_m_.data(), range_depths_m_.size());
@@ -118,6 +124,7 @@ class Estimator {
   void make_room_for_clone(Time t);
   StandingNoise standing_noise() const;
   Status fuse_standing(Time t);
+  Status fuse_directions(Time t);
   Status start(const Frame& frame);
   Status start_standing(const Frame& frame);
   Status start_in_motion(const Frame& frame);
@@ -148,6 +155,7 @@ class Estimator {
   UpdateStack<Config> stack_;
   VisualUpdate<Config> visual_;
   RangeUpdate<Config> range_;
+  DirectionUpdate<Config> direction_;
   ImageStillness<Config::kMaxTracks> image_stillness_;
   StartWindow<Config::kMaxTracks> start_window_;
 

@@ -90,6 +90,10 @@ class FilterState {
   /// The last feature takes the freed place.
   void remove_feature(std::size_t i);
 
+  /// Turns the world about the vertical through its origin, and makes its heading uncertain by `sigma_rad` more: an
+  /// error common to all poses, to which everything that Plumb measures but known directions is blind.
+  void turn_world(double yaw_rad, double sigma_rad);
+
   /// Moves the state by an error vector of size() elements.
   void retract(const double* dx);
 

@@ -127,6 +127,37 @@ void FilterState<Config>::remove_feature(std::size_t i) {
 }
 
 template <class Config>
+void FilterState<Config>::turn_world(double yaw_rad, double sigma_rad) {
+  const Quat turn = so3_exp(Vec3(0.0, 0.0, yaw_rad));
+  core.motion.q_WI = (turn * core.motion.q_WI).normalized();
+  core.motion.p_WI_m = turn * core.motion.p_WI_m;
+  core.motion.v_WI_m_s = turn * core.motion.v_WI_m_s;
+  for (std::size_t slot : window_) {
+    WindowPose& pose = poses_[slot];
+    pose.q_WC = (turn * pose.q_WC).normalized();
+    pose.camera.p_WC_m = turn * pose.camera.p_WC_m;
+    pose.camera.R_WC = pose.q_WC.toRotationMatrix();
+  }
+  const Mat3 rotation = turn.toRotationMatrix();
+  MatrixView p = covariance();
+  const auto turn_vector = [&](std::size_t at) { rotate_block(p, at, rotation); };
+  for (const std::size_t at : {kTheta, kXiP, kXiV}) turn_vector(at);
+  for (std::size_t slot : window_) {
+    turn_vector(Layout::pose(slot));
+    turn_vector(Layout::pose(slot) + 3);
+  }
+  const auto uncertain = [&](std::size_t a, std::size_t b) { p(a, b) += sigma_rad * sigma_rad; };
+  constexpr std::size_t kHeading = 2;  // of a rotation error in W
+  uncertain(kTheta + kHeading, kTheta + kHeading);
+  for (std::size_t slot : window_) {
+    const std::size_t at = Layout::pose(slot) + kHeading;
+    uncertain(at, kTheta + kHeading);
+    uncertain(kTheta + kHeading, at);
+    for (std::size_t other : window_) uncertain(at, Layout::pose(other) + kHeading);
+  }
+}
+
+template <class Config>
 void FilterState<Config>::retract(const double* dx) {
   retract_core(core, dx);
   if (estimates_scale()) {

@@ -184,35 +184,97 @@ double MotionStart::add_prior(const CoreState& core) {
   return cost;
 }
 
+// The feature is where the anchor image saw it but for that image's own noise, the same in every row: left out, the rows
+// would be taken for independent, the anchor for exact, and the velocity for three times as sure as it is. So the two
+// unknowns "by how much the anchor observation is off" are eliminated here, feature by feature.
 double MotionStart::add_feature(const StartProblem& problem, std::size_t index, double rho) {
   const StartFeature& feature = problem.features[index];
   const Station& anchor = images_[problem.images.size() - 1];
-  const FeatureParameters parameters(feature.anchor_z.x(), feature.anchor_z.y(), rho);
   const std::size_t column = kCoreSize + index;
   const double guess = guessed_inverse_depth(problem);
   const double information = 1.0 / (kDepthPrior * kDepthPrior * guess * guess);
   a_.view()(column, column) += information;
   b_[column] -= information * (rho - guess);
-  double cost = information * (rho - guess) * (rho - guess);
+
+  FixedVector<FeatureRows, kMaxStartImages> rows;
   for (const StartObservation& seen : feature.earlier) {
     const Station& station = images_[seen.image];
     VisualPrediction p;
+    const FeatureParameters parameters(feature.anchor_z.x(), feature.anchor_z.y(), rho);
     if (!ok(predict_feature(station.camera, anchor.camera, parameters, p))) {
       return std::numeric_limits<double>::infinity();
     }
-    const Vec2 residual = (seen.z - p.z) / sigma_;
-    const Eigen::Matrix<double, 2, 15> by_core = p.by_pose * (station.by_start - anchor.by_start) / sigma_;
-    const double length = residual.norm();
-    const double weight = robust_weight(length);
-    cost += robust_cost(length);
-    squared_residuals_ += weight * length * length;
-    residuals_ += 2;
-    for (Eigen::Index r = 0; r < 2; ++r) {
-      const double by_depth = p.by_feature(r, 2) / sigma_;
-      add_row(by_core.row(r), {&column, 1}, {&by_depth, 1}, residual(r), weight);
-    }
+    FeatureRows row;
+    row.residual = (seen.z - p.z) / sigma_;
+    row.by_core = p.by_pose * (station.by_start - anchor.by_start) / sigma_;
+    row.by_anchor = p.by_feature.leftCols<2>();  // of an error in sigmas, like the residual
+    row.by_depth = p.by_feature.col(2) / sigma_;
+    static_cast<void>(rows.push_back(row));
   }
+  const AnchorFit fit = fit_anchor({rows.data(), rows.size()});
+  double cost = information * (rho - guess) * (rho - guess) + robust_cost(fit.offset.norm());
+  squared_residuals_ += fit.weight * fit.offset.squaredNorm();
+  for (FeatureRows& row : rows) {
+    const double length = (row.residual - row.by_anchor * fit.offset).norm();
+    row.weight = robust_weight(length);
+    cost += robust_cost(length);
+    squared_residuals_ += row.weight * length * length;
+    residuals_ += 2;
+  }
+  add_rows({rows.data(), rows.size()}, fit.weight, column);
   return cost;
+}
+
+MotionStart::AnchorFit MotionStart::fit_anchor(std::span<const FeatureRows> rows) {
+  constexpr int kReweightings = 2;
+  AnchorFit fit;
+  for (int i = 0; i < kReweightings; ++i) {
+    Mat2 normal = fit.weight * Mat2::Identity();
+    Vec2 right = Vec2::Zero();
+    for (const FeatureRows& row : rows) {
+      const double weight = robust_weight((row.residual - row.by_anchor * fit.offset).norm());
+      normal += weight * row.by_anchor.transpose() * row.by_anchor;
+      right += weight * row.by_anchor.transpose() * row.residual;
+    }
+    fit.offset = normal.inverse() * right;
+    fit.weight = robust_weight(fit.offset.norm());
+  }
+  return fit;
+}
+
+void MotionStart::add_rows(std::span<const FeatureRows> rows, double anchor_weight, std::size_t column) {
+  // With H the rows by core and depth, J those by the anchor's offset and W their weights:
+  //   A += H^T W H - G^T N^-1 G,  b += H^T W r - G^T N^-1 J^T W r,  where G = J^T W H and N = J^T W J + w_anchor I.
+  using RowsBy = Eigen::Matrix<double, 2, kCoreSize + 1, Eigen::RowMajor>;
+  constexpr Eigen::Index kDepth = kCoreSize;
+  Eigen::Matrix<double, kCoreSize + 1, kCoreSize + 1> a = Eigen::Matrix<double, kCoreSize + 1, kCoreSize + 1>::Zero();
+  Eigen::Matrix<double, kCoreSize + 1, 1> b = Eigen::Matrix<double, kCoreSize + 1, 1>::Zero();
+  RowsBy g = RowsBy::Zero();
+  Mat2 n = anchor_weight * Mat2::Identity();
+  Vec2 jr = Vec2::Zero();
+  for (const FeatureRows& row : rows) {
+    RowsBy h;
+    h.leftCols<kCoreSize>() = row.by_core;
+    h.col(kDepth) = row.by_depth;
+    a.noalias() += row.weight * h.transpose().lazyProduct(h);
+    b.noalias() += row.weight * h.transpose().lazyProduct(row.residual);
+    g.noalias() += row.weight * row.by_anchor.transpose().lazyProduct(h);
+    n += row.weight * row.by_anchor.transpose() * row.by_anchor;
+    jr += row.weight * row.by_anchor.transpose() * row.residual;
+  }
+  const Mat2 inverse = n.inverse();
+  const RowsBy inverse_g = inverse * g;
+  a.noalias() -= g.transpose().lazyProduct(inverse_g);
+  b.noalias() -= inverse_g.transpose().lazyProduct(jr);
+  MatrixView normal = a_.view();
+  for (std::size_t r = 0; r < kCoreSize; ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    for (std::size_t c = 0; c <= r; ++c) normal(r, c) += a(row, static_cast<Eigen::Index>(c));
+    normal(column, r) += a(kDepth, row);
+    b_[r] += b(row);
+  }
+  normal(column, column) += a(kDepth, kDepth);
+  b_[column] += b(kDepth);
 }
 
 double MotionStart::add_range(const StartProblem& problem, std::size_t index, const Estimate& estimate) {
@@ -240,26 +302,15 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
   }
   const double length = std::abs(residual) / sigma;
   static_cast<void>(range_outcomes_.push_back(length < kHuber ? RangeOutcome::kUsed : RangeOutcome::kGated));
-  add_row(Eigen::Matrix<double, 1, 15>::Zero(), columns, by_depth, residual / sigma, robust_weight(length));
-  return robust_cost(length);
-}
-
-void MotionStart::add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
-                          std::span<const double> by_depth, double residual, double weight) {
+  const double weight = robust_weight(length);
   MatrixView a = a_.view();
-  for (std::size_t r = 0; r < kCoreSize; ++r) {
-    const double wr = weight * by_core(static_cast<Eigen::Index>(r));
-    for (std::size_t c = 0; c <= r; ++c) a(r, c) += wr * by_core(static_cast<Eigen::Index>(c));
-    b_[r] += wr * residual;
-  }
-  for (std::size_t k = 0; k < depths.size(); ++k) {
-    const double wk = weight * by_depth[k];
-    for (std::size_t c = 0; c < kCoreSize; ++c) a(depths[k], c) += wk * by_core(static_cast<Eigen::Index>(c));
-    for (std::size_t m = 0; m < depths.size(); ++m) {
-      if (depths[m] <= depths[k]) a(depths[k], depths[m]) += wk * by_depth[m];
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t m = 0; m < 3; ++m) {
+      if (columns[m] <= columns[k]) a(columns[k], columns[m]) += weight * by_depth[k] * by_depth[m];
     }
-    b_[depths[k]] += wk * residual;
+    b_[columns[k]] += weight * by_depth[k] * residual / sigma;
   }
+  return robust_cost(length);
 }
 
 bool MotionStart::solve_step(double damping, std::size_t unknowns, double* step) {

@@ -87,8 +87,21 @@ class MotionStart {
   double add_feature(const StartProblem& problem, std::size_t index, double rho);
   double add_range(const StartProblem& problem, std::size_t index, const Estimate& estimate);
   double add_prior(const CoreState& core);
-  void add_row(const Eigen::Matrix<double, 1, 15>& by_core, std::span<const std::size_t> depths,
-               std::span<const double> by_depth, double residual, double weight);
+  /// What one image says of a feature, whitened: the residual and what it depends on.
+  struct FeatureRows {
+    Vec2 residual = Vec2::Zero();
+    Eigen::Matrix<double, 2, 15, Eigen::RowMajor> by_core;
+    Mat2 by_anchor;  ///< by the error of the anchor observation, in sigmas
+    Vec2 by_depth;
+    double weight = 1.0;
+  };
+  /// By how much, in sigmas, the anchor observation is off for the rows to fit best; its own weight.
+  struct AnchorFit {
+    Vec2 offset = Vec2::Zero();
+    double weight = 1.0;
+  };
+  static AnchorFit fit_anchor(std::span<const FeatureRows> rows);
+  void add_rows(std::span<const FeatureRows> rows, double anchor_weight, std::size_t column);
   bool solve_step(double damping, std::size_t unknowns, double* step);
   /// Covariance of the core at the last linearisation, depths marginalised. False when it does not exist.
   bool core_covariance(std::size_t unknowns, Mat15& out);

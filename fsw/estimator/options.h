@@ -69,6 +69,13 @@ struct RangeOptions {
 /// kept for little longer.
 inline constexpr double kMaxStartWindow_s = 2.0;
 
+/// Known directions that the heading is held by. 0: the sensor is not used.
+struct DirectionOptions {
+  double sun_noise_rad = 0.0;           ///< 1 sigma per axis across the direction
+  double magnetometer_noise_rad = 0.0;  ///< 1 sigma of the field's direction, across it
+  double gate_probability = 0.999;      ///< chi-square gate
+};
+
 struct StartOptions {
   double gyro_bias_sigma_rad_s = 0.05;  ///< turn-on bias of the hardware
   double accel_bias_sigma_m_s2 = 0.15;
@@ -96,6 +103,7 @@ struct EstimatorOptions {
   ImuOptions imu;
   VisionOptions vision;
   RangeOptions range;
+  DirectionOptions direction;
   StartOptions start;
   CalibrationOptions calibration;
 };

@@ -37,6 +37,8 @@ struct FrameReport {
   double range_predicted_m = 0.0;
   double range_sigma_m = 0.0;  ///< of the innovation
   bool zero_velocity = false;  ///< the zero-velocity update ran
+  std::uint32_t directions_used = 0;
+  bool heading_known = false;  ///< W has its x axis east
 };
 
 struct EstimatorCounters {
@@ -57,6 +59,11 @@ struct EstimatorCounters {
   std::uint64_t ranges_bad_geometry = 0;
   std::uint64_t ranges_stale = 0;
   std::uint64_t ranges_invalid = 0;
+  std::uint64_t directions = 0;
+  std::uint64_t directions_used = 0;
+  std::uint64_t directions_gated = 0;
+  std::uint64_t directions_spare = 0;    ///< another of the same image was used, or it came too late
+  std::uint64_t directions_invalid = 0;  ///< not a direction, or out of order
   std::uint64_t numerical_faults = 0;
   std::uint64_t resets = 0;
 };

@@ -12,6 +12,7 @@ namespace plumb {
 
 inline constexpr std::size_t kMaxImuPerFrame = 64;  ///< 2 kHz IMU at a 250 Hz tick, eight times over
 inline constexpr std::size_t kMaxRangePerFrame = 16;
+inline constexpr std::size_t kMaxDirectionPerFrame = 8;
 
 /// Which camera frame belongs to this tick; the pixels travel beside the record, found by this reference.
 struct CameraReference {
@@ -24,6 +25,7 @@ struct InputFrame {
   Time t;                  ///< end of the tick's interval: every sample here is stamped at or before it
   FixedVector<ImuSample, kMaxImuPerFrame> imu;
   FixedVector<RangeSample, kMaxRangePerFrame> range;
+  FixedVector<DirectionSample, kMaxDirectionPerFrame> direction;
   bool has_camera = false;
   CameraReference camera;
 };

@@ -31,6 +31,7 @@ struct NavState {
   Time t;
   bool valid = false;  ///< false: every number below is meaningless
   NavMode mode = NavMode::kInitialising;
+  bool heading_known = false;     ///< W has x east, y north; false: its heading is that of the start
   std::uint32_t reset_count = 0;  ///< re-initialisations since start-up; position and yaw start anew at each
 
   std::array<double, 3> p_WI_m{};          ///< origin of I in W

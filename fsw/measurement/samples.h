@@ -29,6 +29,22 @@ struct RangeSample {
   RangeQuality quality = RangeQuality::kNoReturn;
 };
 
+enum class DirectionSource : std::uint8_t {
+  kSun = 0,       ///< both angles of the direction count
+  kMagnetometer,  ///< its azimuth alone counts: iron and currents bend the field's inclination
+};
+inline constexpr std::size_t kDirectionSources = 2;
+
+/// A direction that a sensor sees and that is known in the world: the sun's, by date and place; the magnetic field's,
+/// by declination and inclination. What is known has x east, y north, z up; with it the world's heading is no longer
+/// arbitrary. Both need not be of unit length.
+struct DirectionSample {
+  Time t;
+  DirectionSource source = DirectionSource::kSun;
+  std::array<double, 3> seen_I{};
+  std::array<double, 3> known_W{};
+};
+
 /// An 8-bit grey image that somebody else owns. `pixels` points to height rows of stride bytes.
 struct ImageView {
   const std::uint8_t* pixels = nullptr;

@@ -63,6 +63,8 @@ FrameReport report_of(const nav_state_t& message) {
   report.range_predicted_m = message.range_predicted_m;
   report.range_sigma_m = message.range_sigma_m;
   report.zero_velocity = message.zero_velocity == 1;
+  report.directions_used = count(message.directions_used);
+  report.heading_known = message.heading_known == 1;
   return report;
 }
 
@@ -71,7 +73,7 @@ FrameReport report_of(const nav_state_t& message) {
 Status decode(MessageBytes bytes, NavStateRecord& record) {
   nav_state_t message{};
   if (!read(bytes, message)) return Status::kInvalidValue;
-  const bool in_range = is_flag(message.valid) && is_flag(message.zero_velocity) &&
+  const bool in_range = is_flag(message.valid) && is_flag(message.heading_known) && is_flag(message.zero_velocity) &&
                         is_enum(message.mode, NavMode::kInertial) &&
                         is_enum(message.range_outcome, RangeOutcome::kSpare);
   if (!in_range) return Status::kInvalidValue;
@@ -83,6 +85,7 @@ Status decode(MessageBytes bytes, NavStateRecord& record) {
   state.t = record.t_image;
   state.valid = message.valid == 1;
   state.mode = static_cast<NavMode>(message.mode);
+  state.heading_known = message.heading_known == 1;
   state.reset_count = static_cast<std::uint32_t>(message.reset_count);
   copy(message.p_WI_m, state.p_WI_m);
   copy(message.v_WI_m_s, state.v_WI_m_s);
@@ -98,7 +101,9 @@ Status decode(MessageBytes bytes, InputFrame& frame) {
   if (!read(bytes, message)) return Status::kInvalidValue;
   const bool counts_fit = message.imu_count >= 0 && message.imu_count <= static_cast<std::int32_t>(kMaxImuPerFrame) &&
                           message.range_count >= 0 &&
-                          message.range_count <= static_cast<std::int32_t>(kMaxRangePerFrame);
+                          message.range_count <= static_cast<std::int32_t>(kMaxRangePerFrame) &&
+                          message.direction_count >= 0 &&
+                          message.direction_count <= static_cast<std::int32_t>(kMaxDirectionPerFrame);
   if (!counts_fit || message.tick < 0 || !is_flag(message.has_camera)) return Status::kInvalidValue;
   frame.tick = static_cast<std::uint64_t>(message.tick);
   frame.t = Time::from_ns(message.time_ns);
@@ -115,6 +120,15 @@ Status decode(MessageBytes bytes, InputFrame& frame) {
     frame.range[i] = {.t = Time::from_ns(sample.time_ns),
                       .range_m = sample.range_m,
                       .quality = static_cast<RangeQuality>(sample.quality)};
+  }
+  frame.direction.resize(static_cast<std::size_t>(message.direction_count));
+  for (std::size_t i = 0; i < frame.direction.size(); ++i) {
+    const direction_sample_t& sample = message.direction[i];
+    if (!is_enum(sample.source, DirectionSource::kMagnetometer)) return Status::kInvalidValue;
+    frame.direction[i].t = Time::from_ns(sample.time_ns);
+    frame.direction[i].source = static_cast<DirectionSource>(sample.source);
+    copy(sample.seen_I, frame.direction[i].seen_I);
+    copy(sample.known_W, frame.direction[i].known_W);
   }
   frame.has_camera = message.has_camera == 1;
   frame.camera = {};

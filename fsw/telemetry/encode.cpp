@@ -55,6 +55,7 @@ void fill_report(const FrameReport& report, nav_state_t& message) {
   message.range_predicted_m = report.range_predicted_m;
   message.range_sigma_m = report.range_sigma_m;
   message.zero_velocity = report.zero_velocity ? 1 : 0;
+  message.directions_used = as_signed(report.directions_used);
 }
 
 void fill_counters(const EstimatorCounters& counters, nav_health_t& message) {
@@ -75,6 +76,11 @@ void fill_counters(const EstimatorCounters& counters, nav_health_t& message) {
   message.ranges_bad_geometry = as_signed(counters.ranges_bad_geometry);
   message.ranges_stale = as_signed(counters.ranges_stale);
   message.ranges_invalid = as_signed(counters.ranges_invalid);
+  message.directions = as_signed(counters.directions);
+  message.directions_used = as_signed(counters.directions_used);
+  message.directions_gated = as_signed(counters.directions_gated);
+  message.directions_spare = as_signed(counters.directions_spare);
+  message.directions_invalid = as_signed(counters.directions_invalid);
   message.numerical_faults = as_signed(counters.numerical_faults);
   message.resets = as_signed(counters.resets);
 }
@@ -88,6 +94,7 @@ Result<std::size_t> encode(const NavStateRecord& record, MessageBuffer buffer) {
   message.sequence = as_signed(record.sequence);
   message.valid = state.valid ? 1 : 0;
   message.mode = static_cast<std::int8_t>(state.mode);
+  message.heading_known = state.heading_known ? 1 : 0;
   message.reset_count = as_signed(state.reset_count);
   copy(state.p_WI_m, message.p_WI_m);
   copy(state.v_WI_m_s, message.v_WI_m_s);
@@ -146,6 +153,8 @@ Result<std::size_t> encode(const InputFrame& frame, MessageBuffer buffer) {
   input_frame_t message{};
   static_assert(std::size(decltype(message.imu){}) == kMaxImuPerFrame, "input.lcm has the capacity of InputFrame");
   static_assert(std::size(decltype(message.range){}) == kMaxRangePerFrame, "input.lcm has the capacity of InputFrame");
+  static_assert(std::size(decltype(message.direction){}) == kMaxDirectionPerFrame,
+                "input.lcm has the capacity of InputFrame");
   message.tick = as_signed(frame.tick);
   message.time_ns = frame.t.ns();
   message.imu_count = static_cast<std::int32_t>(frame.imu.size());
@@ -159,6 +168,13 @@ Result<std::size_t> encode(const InputFrame& frame, MessageBuffer buffer) {
     message.range[i].time_ns = frame.range[i].t.ns();
     message.range[i].range_m = frame.range[i].range_m;
     message.range[i].quality = static_cast<std::int8_t>(frame.range[i].quality);
+  }
+  message.direction_count = static_cast<std::int32_t>(frame.direction.size());
+  for (std::size_t i = 0; i < frame.direction.size(); ++i) {
+    message.direction[i].time_ns = frame.direction[i].t.ns();
+    message.direction[i].source = static_cast<std::int8_t>(frame.direction[i].source);
+    copy(frame.direction[i].seen_I, message.direction[i].seen_I);
+    copy(frame.direction[i].known_W, message.direction[i].known_W);
   }
   message.has_camera = frame.has_camera ? 1 : 0;
   message.camera_time_ns = frame.has_camera ? frame.camera.t_exposure_mid.ns() : 0;

@@ -46,6 +46,15 @@ void declare_flight(CLI::App& app, Arguments& arguments) {
   app.add_option("--range-noise", flight.range.noise_m, "m, 1 sigma")->capture_default_str();
   app.add_option("--range-outliers", flight.range.outlier, "probability of a false echo")->capture_default_str();
   app.add_option("--image-rate", flight.image_rate_hz, "Hz")->check(CLI::Range(1.0, 120.0))->capture_default_str();
+  app.add_option("--sun-rate", flight.sun.rate_hz, "Hz, of a sun sensor; 0: there is none")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--sun-noise", flight.sun.noise_rad, "rad, 1 sigma per axis")->capture_default_str();
+  app.add_option("--magnetometer-rate", flight.magnetometer.rate_hz, "Hz; 0: there is none")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--magnetometer-noise", flight.magnetometer.noise_rad, "rad, 1 sigma per axis")
+      ->capture_default_str();
   app.add_flag("--from-truth", flight.start_from_truth, "hand the true state over at the start");
 }
 

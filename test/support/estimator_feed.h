@@ -24,6 +24,8 @@ class EstimatorFeed {
         settings_(settings),
         imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
         range_(settings.range, settings.seed),
+        sun_(settings.sun, DirectionSource::kSun, settings.seed),
+        magnetometer_(settings.magnetometer, DirectionSource::kMagnetometer, settings.seed),
         tracker_(settings.tracker, scene_.trajectory, scene_.world, scene_.rig, sim::flight_epoch(), settings.seed),
         events_(sim::flight_events(settings, scene.trajectory.length_s())),
         estimator(std::make_unique<EstimatorType>(sim::matched_options(settings), scene.rig.calibration())) {}
@@ -31,6 +33,7 @@ class EstimatorFeed {
   /// Called for each sample before it is handed over; false: it is lost. May change it, or hand over others itself.
   std::function<bool(ImuSample&)> on_imu = [](ImuSample&) { return true; };
   std::function<bool(RangeSample&)> on_range = [](RangeSample&) { return true; };
+  std::function<bool(DirectionSample&)> on_direction = [](DirectionSample&) { return true; };
   std::function<bool(Frame&)> on_frame = [](Frame&) { return true; };
   /// The same for an image at its time, before features are followed in it; process() it later.
   std::function<bool(Time)> on_image = [](Time) { return true; };
@@ -52,6 +55,15 @@ class EstimatorFeed {
   }
 
   sim::TruthState truth() const { return scene_.trajectory.at((frame_.t - sim::flight_epoch()).seconds()); }
+  /// Estimate and truth at the newest image.
+  sim::FlightPoint point() const {
+    sim::FlightPoint point;
+    point.t_s = (frame_.t - sim::flight_epoch()).seconds();
+    point.truth = truth();
+    point.estimate = estimator->state();
+    point.report = estimator->report();
+    return point;
+  }
   std::uint64_t ranges_offered() const { return ranges_offered_; }
 
  private:
@@ -65,6 +77,10 @@ class EstimatorFeed {
       if (!on_range(sample)) return;
       ++ranges_offered_;
       static_cast<void>(estimator->add_range(sample));
+    } else if (event.source == sim::Source::kSun || event.source == sim::Source::kMagnetometer) {
+      sim::DirectionModel& sensor = event.source == sim::Source::kSun ? sun_ : magnetometer_;
+      DirectionSample sample = sensor.sample(at, t);
+      if (on_direction(sample)) static_cast<void>(estimator->add_direction(sample));
     } else {
       ImuSample sample = imu_.sample(at, t);
       if (on_imu(sample)) static_cast<void>(estimator->add_imu(sample));
@@ -81,6 +97,8 @@ class EstimatorFeed {
   sim::FlightSettings settings_;
   sim::ImuModel imu_;
   sim::RangeModel range_;
+  sim::DirectionModel sun_;
+  sim::DirectionModel magnetometer_;
   sim::SimTracker<decltype(Frame::observations)::capacity()> tracker_;
   std::vector<sim::Event> events_;
   std::size_t next_ = 0;

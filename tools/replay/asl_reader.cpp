@@ -51,6 +51,21 @@ std::vector<RangeSample> read_range_samples(const fs::path& file) {
   return samples;
 }
 
+void read_directions(const fs::path& file, DirectionSource source, std::vector<DirectionSample>& samples) {
+  CsvReader csv(file);
+  while (csv.next()) {
+    csv.expect_columns(7, 7, "time stamp, direction seen in the IMU's frame, the same in east, north, up");
+    DirectionSample sample;
+    sample.t = csv.time();
+    sample.source = source;
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.seen_I[i] = csv.number(1 + i);
+      sample.known_W[i] = csv.number(4 + i);
+    }
+    samples.push_back(sample);
+  }
+}
+
 std::vector<NavState> read_truth(const fs::path& file) {
   std::vector<NavState> states;
   CsvReader csv(file);
@@ -114,7 +129,7 @@ class AslSource final : public Source {
       }
     }
     session_.source = options.folder.string();
-    for (const char* sensor : {"cam0", "imu0", "range0", "state_groundtruth_estimate0"}) {
+    for (const char* sensor : {"cam0", "imu0", "range0", "sun0", "magnetometer0", "state_groundtruth_estimate0"}) {
       for (const fs::path& part : {root_ / sensor, root_ / sensor / "data.csv", root_ / sensor / "sensor.yaml"}) {
         session_.inputs.push_back(part);  // the files too: they may be links to elsewhere
       }
@@ -125,6 +140,7 @@ class AslSource final : public Source {
       read_range_finder(root_ / "range0", session_.calibration, session_.parameters, session_.warnings);
       range_ = read_range_samples(root_ / "range0" / "data.csv");
     }
+    read_known_directions();
     if (!options.use_range) session_.parameters.estimator.range.enabled = false;
     if (!options.parameters.empty()) {
       session_.inputs.push_back(options.parameters);
@@ -137,7 +153,7 @@ class AslSource final : public Source {
     if (!range_.empty()) expect_common_time(root_ / "range0" / "data.csv", range_.front().t, range_.back().t, camera_);
     const fs::path truth = root_ / "state_groundtruth_estimate0" / "data.csv";
     if (fs::exists(truth)) session_.truth = read_truth(truth);
-    assembler_ = std::make_unique<FrameAssembler>(imu_, range_, camera_);
+    assembler_ = std::make_unique<FrameAssembler>(imu_, range_, directions_, camera_);
     session_.imu_samples = imu_.size();
     session_.ranges = range_.size();
   }
@@ -159,10 +175,23 @@ class AslSource final : public Source {
       const char* folder;
       std::size_t rows;
     };
-    constexpr Limit kLimits[] = {{"imu0", kMaxImuPerFrame}, {"range0", kMaxRangePerFrame}, {"cam0", 1}};
+    constexpr Limit kLimits[] = {{"imu0", kMaxImuPerFrame}, {"range0", kMaxRangePerFrame}, {"sun0 or magnetometer0", kMaxDirectionPerFrame}, {"cam0", 1}};
     const Limit& limit = kLimits[static_cast<std::size_t>(assembler_->crowded())];
     throw InputError((root_ / limit.folder / "data.csv").string() + ": too many rows within the 4 ms before " +
                      std::to_string(t_tick.ns()) + " ns; expected at most " + std::to_string(limit.rows));
+  }
+
+  // Sun sensor and magnetometer, each where its folder is there; together in order of time, the sun first.
+  void read_known_directions() {
+    constexpr std::pair<const char*, DirectionSource> kSensors[] = {{"sun0", DirectionSource::kSun},
+                                                                    {"magnetometer0", DirectionSource::kMagnetometer}};
+    for (const auto& [folder, source] : kSensors) {
+      if (!fs::exists(root_ / folder)) continue;
+      read_direction_sensor(root_ / folder, source, session_.parameters, session_.warnings);
+      read_directions(root_ / folder / "data.csv", source, directions_);
+    }
+    std::stable_sort(directions_.begin(), directions_.end(),
+                     [](const DirectionSample& a, const DirectionSample& b) { return a.t < b.t; });
   }
 
   void read_images(const fs::path& cam0) {
@@ -200,6 +229,7 @@ class AslSource final : public Source {
   Session session_;
   std::vector<ImuSample> imu_;
   std::vector<RangeSample> range_;
+  std::vector<DirectionSample> directions_;
   std::vector<CameraReference> camera_;
   std::vector<fs::path> files_;
   std::unique_ptr<FrameAssembler> assembler_;

@@ -207,6 +207,14 @@ void read_range_finder(const std::filesystem::path& range0, Calibration& calibra
   warn_of_unused(yaml, warnings);
 }
 
+void read_direction_sensor(const std::filesystem::path& folder, DirectionSource source, Parameters& parameters,
+                           std::vector<std::string>& warnings) {
+  const YamlFile yaml(folder / "sensor.yaml");
+  const char* parameter = source == DirectionSource::kSun ? "direction.sun_noise" : "direction.magnetometer_noise";
+  set_from(yaml, "noise_stddev_rad", yaml.number("noise_stddev_rad"), parameter, parameters);
+  warn_of_unused(yaml, warnings);
+}
+
 void read_parameters(const std::filesystem::path& file, Parameters& parameters) {
   const YamlFile yaml(file);
   Parameters changed = parameters;  // all or nothing

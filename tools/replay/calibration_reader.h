@@ -21,6 +21,9 @@ void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::ve
 /// Beam into the calibration, noise and largest range into the parameters. Throws InputError.
 void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters,
                        std::vector<std::string>& warnings);
+/// Noise of a sun sensor or a magnetometer into the parameters, which switches it on. Throws InputError.
+void read_direction_sensor(const std::filesystem::path& folder, DirectionSource source, Parameters& parameters,
+                           std::vector<std::string>& warnings);
 /// A YAML file of parameter names and values, nested or with dots. Throws InputError with name, value and range.
 void read_parameters(const std::filesystem::path& file, Parameters& parameters);
 

@@ -19,13 +19,14 @@ Status take(std::span<const T>& stream, Time t, FixedVector<T, N>& into) {
 }  // namespace
 
 FrameAssembler::FrameAssembler(std::span<const ImuSample> imu, std::span<const RangeSample> range,
-                               std::span<const CameraReference> camera)
-    : imu_(imu), range_(range), camera_(camera), t_start_(first_time()) {}
+                               std::span<const DirectionSample> direction, std::span<const CameraReference> camera)
+    : imu_(imu), range_(range), direction_(direction), camera_(camera), t_start_(first_time()) {}
 
 Time FrameAssembler::first_time() const {
   Time first = Time::max();
   if (!imu_.empty()) first = std::min(first, imu_.front().t);
   if (!range_.empty()) first = std::min(first, range_.front().t);
+  if (!direction_.empty()) first = std::min(first, direction_.front().t);
   if (!camera_.empty()) first = std::min(first, camera_.front().t_exposure_mid);
   return first;
 }
@@ -42,6 +43,8 @@ Status FrameAssembler::next(InputFrame& frame) {
   if (!ok(take(imu_, frame.t, frame.imu))) return Status::kFull;
   crowded_ = Stream::kRange;
   if (!ok(take(range_, frame.t, frame.range))) return Status::kFull;
+  crowded_ = Stream::kDirection;
+  if (!ok(take(direction_, frame.t, frame.direction))) return Status::kFull;
   crowded_ = Stream::kCamera;
   frame.has_camera = !camera_.empty() && camera_.front().t_exposure_mid <= frame.t;
   frame.camera = {};

@@ -28,6 +28,8 @@ void for_each_field(const FrameReport& r, Visitor&& visit) {
   visit("range_predicted_m", r.range_predicted_m);
   visit("range_sigma_m", r.range_sigma_m);
   visit("zero_velocity", static_cast<std::uint32_t>(r.zero_velocity));
+  visit("directions_used", r.directions_used);
+  visit("heading_known", static_cast<std::uint32_t>(r.heading_known));
 }
 
 /// Calls visit(name, value) for every counter.
@@ -50,6 +52,11 @@ void for_each_field(const EstimatorCounters& c, Visitor&& visit) {
   visit("ranges_bad_geometry", c.ranges_bad_geometry);
   visit("ranges_stale", c.ranges_stale);
   visit("ranges_invalid", c.ranges_invalid);
+  visit("directions", c.directions);
+  visit("directions_used", c.directions_used);
+  visit("directions_gated", c.directions_gated);
+  visit("directions_spare", c.directions_spare);
+  visit("directions_invalid", c.directions_invalid);
   visit("numerical_faults", c.numerical_faults);
   visit("resets", c.resets);
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "test/support/sim/direction_model.h"
+
 namespace plumb::sim {
 namespace {
 
@@ -33,7 +35,8 @@ struct Alignment {
 Alignment align_at(const FlightPoint& point) {
   const Quat difference = attitude(point.estimate) * point.truth.q_WI.conjugate();
   Alignment alignment;
-  alignment.turn = Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
+  alignment.turn = point.estimate.heading_known ? east_of_world()
+                                                : Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
   alignment.shift_m = vec3(point.estimate.p_WI_m) - alignment.turn * point.truth.p_WI_m;
   return alignment;
 }
@@ -169,9 +172,11 @@ void sum_errors(const std::vector<ErrorPoint>& errors, Accuracy& out) {
 std::vector<ErrorPoint> errors_of(const FlightLog& log) {
   std::vector<ErrorPoint> errors;
   Alignment alignment;
+  bool heading_known = false;
   for (const FlightPoint& point : log.points) {
     if (!point.estimate.valid) continue;
-    if (errors.empty()) alignment = align_at(point);
+    if (errors.empty() || (point.estimate.heading_known && !heading_known)) alignment = align_at(point);
+    heading_known = point.estimate.heading_known;
     const NavError error = error_of(point, alignment);
     errors.push_back({point.t_s, error, nees_of(error, point.estimate)});
   }

@@ -3,7 +3,8 @@
 //
 // Position and heading have no absolute reference: the estimate starts them at zero with zero uncertainty. So the truth
 // is moved into the estimate's world once, by the four degrees of freedom (translation, yaw) that make both agree at
-// the first output. Nothing is fitted to the rest of the flight.
+// the first output. Nothing is fitted to the rest of the flight. Once the heading becomes known, the
+// truth is moved anew, by translation alone: from there on the heading itself is judged.
 
 #include <array>
 #include <cstddef>

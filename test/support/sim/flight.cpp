@@ -6,9 +6,12 @@ namespace plumb::sim {
 namespace {
 
 constexpr double kRangePhase_s = 0.0113;
+constexpr double kSunPhase_s = 0.0057;
+constexpr double kMagnetometerPhase_s = 0.0029;
 constexpr double kImagePhase_s = 0.0171;
 
 void add_events(double rate_hz, double phase_s, double length_s, Source source, std::vector<Event>& events) {
+  if (rate_hz == 0.0) return;
   for (int k = 0;; ++k) {
     const double t_s = phase_s + k / rate_hz;
     if (t_s > length_s) return;
@@ -22,6 +25,8 @@ std::vector<Event> flight_events(const FlightSettings& settings, double length_s
   std::vector<Event> events;
   add_events(settings.imu_rate_hz, 0.0, length_s, Source::kImu, events);
   add_events(settings.range_rate_hz, kRangePhase_s, length_s, Source::kRange, events);
+  add_events(settings.sun.rate_hz, kSunPhase_s, length_s, Source::kSun, events);
+  add_events(settings.magnetometer.rate_hz, kMagnetometerPhase_s, length_s, Source::kMagnetometer, events);
   add_events(settings.image_rate_hz, kImagePhase_s, length_s, Source::kImage, events);
   std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.t_s < b.t_s; });
   return events;

@@ -11,7 +11,7 @@
 
 namespace plumb::sim {
 
-enum class Source : std::uint8_t { kImu, kRange, kImage };
+enum class Source : std::uint8_t { kImu, kRange, kSun, kMagnetometer, kImage };
 
 struct Event {
   double t_s = 0.0;
@@ -40,6 +40,8 @@ class Flight {
         estimator_(estimator),
         imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
         range_(settings.range, settings.seed),
+        sun_(settings.sun, DirectionSource::kSun, settings.seed),
+        magnetometer_(settings.magnetometer, DirectionSource::kMagnetometer, settings.seed),
         tracker_(settings.tracker, scene.trajectory, scene.world, scene.rig, flight_epoch() - image_delay(),
                  settings.seed) {}
 
@@ -69,6 +71,11 @@ class Flight {
     if (event.source == Source::kRange) {
       // A refused sample is the estimator's decision, visible in its counters.
       static_cast<void>(estimator_.add_range(range_.sample(scene_.world, scene_.rig, truth, t)));
+      return;
+    }
+    if (event.source == Source::kSun || event.source == Source::kMagnetometer) {
+      DirectionModel& sensor = event.source == Source::kSun ? sun_ : magnetometer_;
+      static_cast<void>(estimator_.add_direction(sensor.sample(truth, t)));  // likewise
       return;
     }
     static_cast<void>(estimator_.add_imu(imu_.sample(truth, t)));
@@ -108,6 +115,8 @@ class Flight {
   EstimatorType& estimator_;
   ImuModel imu_;
   RangeModel range_;
+  DirectionModel sun_;
+  DirectionModel magnetometer_;
   SimTracker<kMaxTracks> tracker_;
   typename EstimatorType::Frame frame_;
   std::vector<Time> waiting_;

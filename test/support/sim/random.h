@@ -35,6 +35,7 @@ enum Stream : std::uint64_t {
   kTrackerStream = 2,
   kRangeStream = 3,
   kCalibrationStream = 4,
+  kDirectionStream = 5,  ///< and one more for each further source
 };
 
 }  // namespace plumb::sim

@@ -59,6 +59,8 @@ EstimatorOptions matched_options(const FlightSettings& settings) {
   options.vision.pixel_noise_px = std::max(settings.tracker.pixel_noise_px, kLeastPixelNoise_px);
   options.range.noise_m = std::max(settings.range.sigma_m(), kLeastRangeNoise_m);
   options.range.max_range_m = settings.range.max_range_m;
+  options.direction.sun_noise_rad = settings.sun.noise_rad;
+  options.direction.magnetometer_noise_rad = settings.magnetometer.noise_rad;
   options.start.gyro_bias_sigma_rad_s = std::max(settings.imu.gyro_turn_on_rad_s, kLeastGyroBias_rad_s);
   options.start.accel_bias_sigma_m_s2 = std::max(settings.imu.accel_turn_on_m_s2, kLeastAccelBias_m_s2);
   return options;

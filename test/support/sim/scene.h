@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "fsw/estimator/options.h"
+#include "test/support/sim/direction_model.h"
 #include "test/support/sim/imu_model.h"
 #include "test/support/sim/landmark_tracker.h"
 #include "test/support/sim/range_model.h"
@@ -31,6 +32,8 @@ struct FlightSettings {
   ImuNoise imu = stim300_class();
   RangeNoise range;
   TrackerOptions tracker;
+  DirectionNoise sun;
+  DirectionNoise magnetometer;
   double imu_rate_hz = 250.0;
   double image_rate_hz = 30.0;
   double range_rate_hz = 25.0;

@@ -62,6 +62,48 @@ TEST(FilterState, ACloneIsTheCameraOfThisMoment) {
   });
 }
 
+// Everything turns alike, so nothing that is seen from a pose changes; and turned back, the filter is as it was.
+TEST(FilterState, TurningTheWorldTurnsEverythingInIt) {
+  test::for_all(60, [](test::Generator& g) {
+    Case c = any_case(g, 4);
+    State& state = *c.state;
+    const State before = state;
+    const double yaw_rad = g.uniform(-3.0, 3.0);
+    const Quat turn = so3_exp(Vec3(0.0, 0.0, yaw_rad));
+    state.turn_world(yaw_rad, 0.0);
+    EXPECT_LT((state.core.motion.p_WI_m - turn * before.core.motion.p_WI_m).norm(), 1e-12);
+    EXPECT_LT((state.core.motion.v_WI_m_s - turn * before.core.motion.v_WI_m_s).norm(), 1e-12);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const SlamFeature& f = state.features[i];
+      const Vec3 turned = feature_in_world(state.pose(f.anchor_slot).camera, f.parameters);
+      EXPECT_LT((turned - turn * c.points[i]).norm(), 1e-9);
+      const Mat3 rotation = turn.toRotationMatrix();
+      const Mat3 expected = rotation * world_covariance(before, i) * rotation.transpose();
+      EXPECT_LT((world_covariance(state, i) - expected).norm(), 1e-6 * expected.norm());
+    }
+    test::expect_symmetric_bit_for_bit(state.covariance());
+    state.turn_world(-yaw_rad, 0.0);
+    test::expect_same_nominal(state, before, 1e-12);
+    EXPECT_LT(test::covariance_difference(dense(before.covariance()), dense(state.covariance())), 1e-9);
+  });
+}
+
+// An unknown heading is an error common to all poses: of all that is estimated only turns of everything gain variance.
+TEST(FilterState, AnUnknownHeadingIsCommonToAllPoses) {
+  test::for_all(30, [](test::Generator& g) {
+    Case c = any_case(g, 3);
+    State& state = *c.state;
+    const Dense before = dense(state.covariance());
+    state.turn_world(0.0, 0.5);
+    Eigen::VectorXd heading = Eigen::VectorXd::Zero(index(state.size()));
+    heading(index(kTheta + 2)) = 1.0;
+    for (const std::size_t slot : state.window()) heading(index(Layout::pose(slot) + 2)) = 1.0;
+    const Dense expected = before + 0.25 * heading * heading.transpose();
+    EXPECT_LT(test::covariance_difference(expected, dense(state.covariance())), 1e-12);
+    test::expect_symmetric_bit_for_bit(state.covariance());
+  });
+}
+
 TEST(FilterState, ReanchoringKeepsPointsAndTheirCovariance) {
   test::for_all(60, [](test::Generator& g) {
     Case c = any_case(g, 5);

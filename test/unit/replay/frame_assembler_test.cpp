@@ -16,14 +16,14 @@ CameraReference camera_at(std::int64_t ns, std::uint32_t sequence) {
 }
 
 TEST(FrameAssembler, EndsAtOnceWithoutData) {
-  FrameAssembler assembler({}, {}, {});
+  FrameAssembler assembler({}, {}, {}, {});
   InputFrame frame;
   EXPECT_EQ(assembler.next(frame), Status::kNotReady);
 }
 
 TEST(FrameAssembler, CutsTicksOfFourMillisecondsFromTheFirstSample) {
   const std::vector<ImuSample> imu{imu_at(10'000'000), imu_at(14'000'000), imu_at(14'000'001), imu_at(30'000'000)};
-  FrameAssembler assembler(imu, {}, {});
+  FrameAssembler assembler(imu, {}, {}, {});
   InputFrame frame;
   ASSERT_EQ(assembler.next(frame), Status::kOk);
   EXPECT_EQ(frame.tick, 0U);
@@ -45,7 +45,7 @@ TEST(FrameAssembler, PutsEverySourceOfATickTogether) {
   const std::vector<ImuSample> imu{imu_at(0), imu_at(3'000'000)};
   const std::vector<RangeSample> range{range_at(2'000'000)};
   const std::vector<CameraReference> camera{camera_at(4'000'000, 9)};
-  FrameAssembler assembler(imu, range, camera);
+  FrameAssembler assembler(imu, range, {}, camera);
   InputFrame frame;
   ASSERT_EQ(assembler.next(frame), Status::kOk);
   EXPECT_FALSE(frame.has_camera);
@@ -60,19 +60,26 @@ TEST(FrameAssembler, PutsEverySourceOfATickTogether) {
 TEST(FrameAssembler, TellsATickThatIsTooFull) {
   std::vector<ImuSample> imu;
   for (std::size_t i = 0; i <= kMaxImuPerFrame + 1; ++i) imu.push_back(imu_at(static_cast<std::int64_t>(i)));
-  FrameAssembler crowded(imu, {}, {});
+  FrameAssembler crowded(imu, {}, {}, {});
   InputFrame frame;
   ASSERT_EQ(crowded.next(frame), Status::kOk);  // the first sample ends a tick of its own
   EXPECT_EQ(crowded.next(frame), Status::kFull);
   EXPECT_EQ(crowded.crowded(), Stream::kImu);
   std::vector<RangeSample> range;
   for (std::size_t i = 0; i <= kMaxRangePerFrame + 1; ++i) range.push_back(range_at(static_cast<std::int64_t>(i)));
-  FrameAssembler echoes({}, range, {});
+  FrameAssembler echoes({}, range, {}, {});
   ASSERT_EQ(echoes.next(frame), Status::kOk);
   EXPECT_EQ(echoes.next(frame), Status::kFull);
   EXPECT_EQ(echoes.crowded(), Stream::kRange);
+  std::vector<DirectionSample> suns;
+  for (std::size_t i = 0; i <= kMaxDirectionPerFrame + 1; ++i)
+    suns.push_back({.t = Time::from_ns(static_cast<std::int64_t>(i))});
+  FrameAssembler bright({}, {}, suns, {});
+  ASSERT_EQ(bright.next(frame), Status::kOk);
+  EXPECT_EQ(bright.next(frame), Status::kFull);
+  EXPECT_EQ(bright.crowded(), Stream::kDirection);
   const std::vector<CameraReference> camera{camera_at(0, 0), camera_at(1, 1), camera_at(2, 2)};
-  FrameAssembler twins({}, {}, camera);
+  FrameAssembler twins({}, {}, {}, camera);
   ASSERT_EQ(twins.next(frame), Status::kOk);
   EXPECT_EQ(twins.next(frame), Status::kFull);
   EXPECT_EQ(twins.crowded(), Stream::kCamera);
@@ -83,7 +90,7 @@ TEST(FrameAssembler, ComesToAnEndAtTheEndOfTime) {
   test::for_all(20, [](test::Generator& g) {
     constexpr std::int64_t kEnd_ns = Time::max().ns();
     const std::vector<ImuSample> imu{imu_at(g.integer(0, 10)), imu_at(kEnd_ns - g.integer(1, 2 * kTick.ns()))};
-    FrameAssembler assembler(imu, {}, {});
+    FrameAssembler assembler(imu, {}, {}, {});
     InputFrame frame;
     for (const ImuSample& sample : imu) {
       ASSERT_EQ(assembler.next(frame), Status::kOk);
@@ -112,7 +119,7 @@ TEST(FrameAssembler, KeepsTheTotalOrder) {
     std::vector<CameraReference> camera;
     for (const std::int64_t t : times(4'000'000, 60'000'000, 20)) camera.push_back(camera_at(t, 0));
 
-    FrameAssembler assembler(imu, range, camera);
+    FrameAssembler assembler(imu, range, {}, camera);
     InputFrame frame;
     Time t_last = Time::never();
     std::size_t imu_seen = 0;

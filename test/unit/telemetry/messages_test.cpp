@@ -60,6 +60,9 @@ TEST(Messages, NavStateComesBackWhole) {
   EXPECT_EQ(back.report.range_outcome, sent.report.range_outcome);
   EXPECT_EQ(back.report.range_facet, sent.report.range_facet);
   EXPECT_EQ(back.report.zero_velocity, sent.report.zero_velocity);
+  EXPECT_EQ(back.report.directions_used, sent.report.directions_used);
+  EXPECT_EQ(back.report.heading_known, sent.report.heading_known);
+  EXPECT_EQ(back.state.heading_known, sent.state.heading_known);
 }
 
 TEST(Messages, NavStateReachesAReceiverFieldByField) {
@@ -86,8 +89,8 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 // A record that has grown a member needs it in navigation.lcm, encode.cpp, decode.cpp, tools/replay/report_fields.h and
 // here.
 TEST(Messages, CarryEveryMemberOfTheRecords) {
-  EXPECT_EQ(test::member_count<FrameReport>(), 17U);
-  EXPECT_EQ(test::member_count<EstimatorCounters>(), 19U);
+  EXPECT_EQ(test::member_count<FrameReport>(), 19U);
+  EXPECT_EQ(test::member_count<EstimatorCounters>(), 24U);
   EXPECT_EQ(test::member_count<NavSystemCounters>(), 6U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
   EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);
@@ -131,6 +134,11 @@ TEST(Messages, InputFrameComesBackBitByBit) {
   ASSERT_EQ(back.range.size(), sent.range.size());
   EXPECT_EQ(back.range[0].range_m, 12.5);
   EXPECT_EQ(back.range[1].quality, RangeQuality::kWeak);
+  ASSERT_EQ(back.direction.size(), 1U);
+  EXPECT_EQ(back.direction[0].t, sent.direction[0].t);
+  EXPECT_EQ(back.direction[0].source, DirectionSource::kMagnetometer);
+  EXPECT_EQ(back.direction[0].seen_I, sent.direction[0].seen_I);
+  EXPECT_EQ(back.direction[0].known_W, sent.direction[0].known_W);
   EXPECT_TRUE(back.has_camera);
   EXPECT_EQ(back.camera.t_exposure_mid, sent.camera.t_exposure_mid);
   EXPECT_EQ(back.camera.sequence, sent.camera.sequence);
@@ -249,6 +257,12 @@ TEST(Messages, CountsOutOfRangeAreRefused) {
   message.range[0].quality = 3;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.range[0].quality = 0;
+  message.direction_count = static_cast<std::int32_t>(kMaxDirectionPerFrame) + 1;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.direction_count = 1;
+  message.direction[0].source = 2;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.direction[0].source = 1;
   message.has_camera = 2;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
 }

@@ -38,6 +38,8 @@ inline NavStateRecord sample_nav_state() {
   record.report.range_predicted_m = 10.5;
   record.report.range_sigma_m = 11.5;
   record.report.zero_velocity = true;
+  record.report.directions_used = 15;
+  record.report.heading_known = state.heading_known = true;
   return record;
 }
 
@@ -53,6 +55,10 @@ inline InputFrame sample_input() {
   }
   static_cast<void>(frame.range.push_back({.t = Time::from_ns(7), .range_m = 12.5, .quality = RangeQuality::kValid}));
   static_cast<void>(frame.range.push_back({.t = Time::from_ns(9), .range_m = 0.0, .quality = RangeQuality::kWeak}));
+  static_cast<void>(frame.direction.push_back({.t = Time::from_ns(8),
+                                               .source = DirectionSource::kMagnetometer,
+                                               .seen_I = {0.1, 0.2, 0.3},
+                                               .known_W = {0.4, 0.5, 0.6}}));
   frame.has_camera = true;
   frame.camera = {.t_exposure_mid = Time::from_ns(3'999'999), .sequence = 42};
   return frame;
