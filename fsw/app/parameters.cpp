@@ -80,6 +80,9 @@ constexpr std::array kRows{
                                             "between poses that stay in the window"),
     vision<&VisionOptions::max_rejections>("vision.max_rejections", "1", 1, 100,
                                            "consecutive gate failures that a SLAM feature survives"),
+    vision<&VisionOptions::slam_velocity_sigma>(
+        "vision.slam_velocity_sigma", "1", 0.001, 1000.0,
+        "of the velocity, above which features wait for the ranges to tell the scale"),
     vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
     vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
 

@@ -62,18 +62,16 @@ class DirectionUpdate {
 
  private:
   static constexpr std::size_t kMaxPending = 32;
-  static constexpr std::size_t kAgreeing = 3;          ///< directions that must agree before the world is turned
-  static constexpr double kAgreement = 5.0;            ///< sigmas between them
-  static constexpr double kUnknownHeading_rad = 1.0;   ///< 1 sigma; the correction is nil, so it need not be small
-  static constexpr double kMinHorizontal = 0.1;        ///< share of a direction that must be horizontal for an azimuth
+  static constexpr std::size_t kAgreeing = 3;         ///< directions that must agree before the world is turned
+  static constexpr double kAgreement = 5.0;           ///< sigmas between them
+  static constexpr double kUnknownHeading_rad = 1.0;  ///< 1 sigma; the correction is nil, so it need not be small
+  static constexpr double kMinHorizontal = 0.1;       ///< share of a direction that must be horizontal for an azimuth
   static constexpr double kMaxAge_s = 0.1;
   using Rows = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
   static Vec3 unit(const std::array<double, 3>& v) { return Vec3(v.data()).normalized(); }
   static double azimuth(const Vec3& v) { return std::atan2(v.y(), v.x()); }
-  double sigma_rad(const DirectionSample& sample) const {
-    return noise_rad_[static_cast<std::size_t>(sample.source)];
-  }
+  double sigma_rad(const DirectionSample& sample) const { return noise_rad_[static_cast<std::size_t>(sample.source)]; }
 
   bool take_newest(DirectionSource source, Time t, DirectionSample& out, EstimatorCounters& counters);
   Status use(FilterState<Config>& state, UpdateStack<Config>& stack, const DirectionSample& sample, const Vec3& seen_I,
@@ -135,9 +133,8 @@ bool DirectionUpdate<Config>::take_newest(DirectionSource source, Time t, Direct
 }
 
 template <class Config>
-Result<bool> DirectionUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>& stack,
-                                           const ImuBuffer& imu, Time t, FrameReport& report,
-                                           EstimatorCounters& counters) {
+Result<bool> DirectionUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>& stack, const ImuBuffer& imu,
+                                           Time t, FrameReport& report, EstimatorCounters& counters) {
   bool turned = false;
   for (const DirectionSource source : {DirectionSource::kSun, DirectionSource::kMagnetometer}) {
     DirectionSample sample;

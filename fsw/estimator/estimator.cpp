@@ -38,7 +38,6 @@ void Estimator<Config>::reset() {
   clear_state();
   tracks_.clear();
   while (!ranges_.empty()) drop_oldest_range(RangeOutcome::kStale);
-  visual_.clear();
   range_.clear();
   direction_.clear();
   image_stillness_.clear();

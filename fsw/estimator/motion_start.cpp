@@ -184,9 +184,9 @@ double MotionStart::add_prior(const CoreState& core) {
   return cost;
 }
 
-// The feature is where the anchor image saw it but for that image's own noise, the same in every row: left out, the rows
-// would be taken for independent, the anchor for exact, and the velocity for three times as sure as it is. So the two
-// unknowns "by how much the anchor observation is off" are eliminated here, feature by feature.
+// The feature is where the anchor image saw it but for that image's own noise, the same in every row: left out, the
+// rows would be taken for independent, the anchor for exact, and the velocity for three times as sure as it is. So the
+// two unknowns "by how much the anchor observation is off" are eliminated here, feature by feature.
 double MotionStart::add_feature(const StartProblem& problem, std::size_t index, double rho) {
   const StartFeature& feature = problem.features[index];
   const Station& anchor = images_[problem.images.size() - 1];

@@ -45,6 +45,7 @@ struct VisionOptions {
   int min_track_length = 4;             ///< observations an ended track must have to be used
   double pose_interval_s = 0.035;       ///< between poses that stay in the window; one that comes sooner is replaced
   int max_rejections = 3;               ///< consecutive gate failures that a SLAM feature survives
+  double slam_velocity_sigma = 0.02;    ///< of the velocity, 1 sigma: above it features wait for the scale
   int tiles_x = 4;                      ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
 };

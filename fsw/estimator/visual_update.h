@@ -41,13 +41,17 @@ class VisualUpdate {
     noise_.follow();
     set_sigma();
   }
-  /// Forgets what was learnt of the pixel noise.
-  void clear() {
+  /// The filter starts at t. Forgets what was learnt of the pixel noise.
+  void start(Time t) {
+    last_ranged_t_ = t;
     noise_.clear();
     set_sigma();
   }
   /// What is remembered from image to image.
-  void add_to(Hash64& hash) const { noise_.add_to(hash); }
+  void add_to(Hash64& hash) const {
+    noise_.add_to(hash);
+    hash.add(static_cast<std::uint64_t>(last_ranged_t_.ns()));
+  }
   double pixel_noise_px() const { return noise_.sigma_px(); }
 
  private:
@@ -67,6 +71,12 @@ class VisualUpdate {
   };
 
   void set_sigma();
+  /// Whether features may enter the state. While the scale is known to a few percent only, the rows that hold a feature
+  /// to the poses are taken at one scale after another, and between them tell the scale, which none of them has seen:
+  /// after a start in slow motion, position was five times as sure as it was right. Tracks are used once, at one state,
+  /// and have no such memory. Only as long as tracks with a range teach the scale: straight down it takes features,
+  /// with the facets between them.
+  bool takes_features(const State& state) const;
   void remove_lost(State& state, Table& tracks);
   void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
   void add_tracks(State& state, Table& tracks, FrameReport& report);
@@ -100,6 +110,7 @@ class VisualUpdate {
   Vec2 half_fov_;
   double focal_px_;
   PixelNoise<Config::kMaxSlamFeatures> noise_;
+  Time last_ranged_t_;  ///< the last image that made use of a track with a range, or the start
   double sigma_ = 0.0;  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
   double ranged_min_parallax_ = 0.0;

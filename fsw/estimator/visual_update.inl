@@ -40,11 +40,25 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
   }
   StageScope scope(observer, Stage::kVisualUpdate);
   if (!ok(stack.apply(state))) return Status::kNumericalFault;
-  insert_pending(state, tracks, stack.correction(), report);
-  start_without_parallax(state, tracks, prior, report);
+  if (report.ranged_used > 0) last_ranged_t_ = state.t;
+  if (takes_features(state)) {
+    insert_pending(state, tracks, stack.correction(), report);
+    start_without_parallax(state, tracks, prior, report);
+  }
   tracks.drop_ended();
   report.slam_features = static_cast<std::uint32_t>(state.features.size());
   return Status::kOk;
+}
+
+template <class Config>
+bool VisualUpdate<Config>::takes_features(const State& state) const {
+  constexpr double kWait_s = 2.0;
+  if ((state.t - last_ranged_t_).seconds() > kWait_s) return true;
+  constexpr double kSlow_m_s = 0.5;  // below it what counts is the velocity itself
+  const ConstMatrixView p = state.covariance();
+  const double variance = p(kXiV, kXiV) + p(kXiV + 1, kXiV + 1) + p(kXiV + 2, kXiV + 2);
+  const double speed = std::max(state.core.motion.v_WI_m_s.norm(), kSlow_m_s);
+  return std::sqrt(variance) <= options_.slam_velocity_sigma * speed;
 }
 
 template <class Config>

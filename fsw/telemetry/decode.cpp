@@ -99,11 +99,10 @@ Status decode(MessageBytes bytes, NavStateRecord& record) {
 Status decode(MessageBytes bytes, InputFrame& frame) {
   input_frame_t message{};
   if (!read(bytes, message)) return Status::kInvalidValue;
-  const bool counts_fit = message.imu_count >= 0 && message.imu_count <= static_cast<std::int32_t>(kMaxImuPerFrame) &&
-                          message.range_count >= 0 &&
-                          message.range_count <= static_cast<std::int32_t>(kMaxRangePerFrame) &&
-                          message.direction_count >= 0 &&
-                          message.direction_count <= static_cast<std::int32_t>(kMaxDirectionPerFrame);
+  const bool counts_fit =
+      message.imu_count >= 0 && message.imu_count <= static_cast<std::int32_t>(kMaxImuPerFrame) &&
+      message.range_count >= 0 && message.range_count <= static_cast<std::int32_t>(kMaxRangePerFrame) &&
+      message.direction_count >= 0 && message.direction_count <= static_cast<std::int32_t>(kMaxDirectionPerFrame);
   if (!counts_fit || message.tick < 0 || !is_flag(message.has_camera)) return Status::kInvalidValue;
   frame.tick = static_cast<std::uint64_t>(message.tick);
   frame.t = Time::from_ns(message.time_ns);

@@ -32,10 +32,10 @@ void expect_consistent(const char* name, const std::vector<sim::Run>& runs) {
   const Interval bounds = nees_bounds(0.95, 3, kRuns);
   const double attitude = mean_of(runs, [](const Accuracy& a) { return a.nees.back().attitude; }).value;
   const double position = mean_of(runs, [](const Accuracy& a) { return a.nees.back().position; }).value;
-  std::printf("%s: heading error at the end mean %.3f, worst %.3f deg; NEES at the end: attitude %.2f, position %.2f "
-              "(%.2f to %.2f)\n",
-              name, spread_of(runs, heading).mean, spread_of(runs, heading).worst, attitude, position, bounds.low,
-              bounds.high);
+  std::printf(
+      "%s: heading error at the end mean %.3f, worst %.3f deg; NEES at the end: attitude %.2f, position %.2f "
+      "(%.2f to %.2f)\n",
+      name, spread_of(runs, heading).mean, spread_of(runs, heading).worst, attitude, position, bounds.low, bounds.high);
   EXPECT_EQ(diverged_count(runs), 0);
   EXPECT_LT(attitude, bounds.high);
   EXPECT_LT(position, bounds.high);

@@ -20,10 +20,10 @@ constexpr int kRuns = 10;
 constexpr double kConfidence = 0.95;
 
 struct Start {
-  double delay_s = 0.0;            ///< from the first image, or the reset, to the first state
-  double velocity_share = 0.0;     ///< error of the first velocity, of the true speed
-  double velocity_error_m_s = 0.0; ///< the same in itself
-  sim::Nees nees;                  ///< of the first state
+  double delay_s = 0.0;               ///< from the first image, or the reset, to the first state
+  double velocity_share = 0.0;        ///< error of the first velocity, of the true speed
+  double velocity_error_m_s = 0.0;    ///< the same in itself
+  sim::Nees nees;                     ///< of the first state
   std::optional<double> scale_error;  ///< of the distance flown from the first state to 10 s after it
 };
 
@@ -36,8 +36,7 @@ Start start_of(const sim::Scene& scene, std::uint64_t seed, double from_s, doubl
   const auto since_epoch = [](Time t) { return (t - sim::flight_epoch()).seconds(); };
   feed.after_frame = [&](Status) {
     const NavState& state = feed.estimator->state();
-    if (state.valid && since_epoch(state.t) > from_s)
-      log.points.push_back(feed.point());
+    if (state.valid && since_epoch(state.t) > from_s) log.points.push_back(feed.point());
   };
   feed.fly_until(from_s);
   if (from_s > 0.0) feed.estimator->reset();
@@ -58,8 +57,8 @@ Start start_of(const sim::Scene& scene, std::uint64_t seed, double from_s, doubl
     const auto moved = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
       return (Vec3(a.data()) - Vec3(b.data())).norm();
     };
-    start.scale_error = moved(point.estimate.p_WI_m, first.estimate.p_WI_m) /
-                            (point.truth.p_WI_m - first.truth.p_WI_m).norm() - 1.0;
+    start.scale_error =
+        moved(point.estimate.p_WI_m, first.estimate.p_WI_m) / (point.truth.p_WI_m - first.truth.p_WI_m).norm() - 1.0;
     break;
   }
   return start;
@@ -90,9 +89,10 @@ std::vector<Start> expect_starts(const sim::Scene& scene, double from_s, double 
     worst_velocity_m_s = std::max(worst_velocity_m_s, start.velocity_error_m_s);
   }
   const sim::Interval bounds = sim::nees_bounds(kConfidence, 3, kRuns);
-  std::printf("%s from %.0f s: first state after %.2f s at most, velocity error %.3f m/s at most, NEES velocity %.2f, "
-              "attitude %.2f (at most %.2f)\n",
-              scene.name.c_str(), from_s, worst_delay_s, worst_velocity_m_s, velocity, attitude, bounds.high);
+  std::printf(
+      "%s from %.0f s: first state after %.2f s at most, velocity error %.3f m/s at most, NEES velocity %.2f, "
+      "attitude %.2f (at most %.2f)\n",
+      scene.name.c_str(), from_s, worst_delay_s, worst_velocity_m_s, velocity, attitude, bounds.high);
   EXPECT_LT(velocity, bounds.high);
   EXPECT_LT(attitude, bounds.high);
   return starts;
@@ -124,8 +124,8 @@ TEST(StartAnywhere, InASwayingHover) {
 TEST(StartAnywhere, AtConstantVelocity) {
   constexpr double kSpeed_m_s = 2.0;
   for (const char* name : {"cruise_from_start", "cruise_from_start_stepped"}) {
-    const std::vector<Start> starts = expect_starts(sim::make_scene(name), 0.0, 12.0,
-                                                    {.delay_s = 1.0, .velocity_error_m_s = 0.1 * kSpeed_m_s});
+    const std::vector<Start> starts =
+        expect_starts(sim::make_scene(name), 0.0, 12.0, {.delay_s = 1.0, .velocity_error_m_s = 0.1 * kSpeed_m_s});
     for (const Start& start : starts) {
       ASSERT_TRUE(start.scale_error.has_value());
       EXPECT_LT(std::abs(*start.scale_error), 0.02);

@@ -53,8 +53,7 @@ void declare_flight(CLI::App& app, Arguments& arguments) {
   app.add_option("--magnetometer-rate", flight.magnetometer.rate_hz, "Hz; 0: there is none")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  app.add_option("--magnetometer-noise", flight.magnetometer.noise_rad, "rad, 1 sigma per axis")
-      ->capture_default_str();
+  app.add_option("--magnetometer-noise", flight.magnetometer.noise_rad, "rad, 1 sigma per axis")->capture_default_str();
   app.add_flag("--from-truth", flight.start_from_truth, "hand the true state over at the start");
 }
 

@@ -175,7 +175,10 @@ class AslSource final : public Source {
       const char* folder;
       std::size_t rows;
     };
-    constexpr Limit kLimits[] = {{"imu0", kMaxImuPerFrame}, {"range0", kMaxRangePerFrame}, {"sun0 or magnetometer0", kMaxDirectionPerFrame}, {"cam0", 1}};
+    constexpr Limit kLimits[] = {{"imu0", kMaxImuPerFrame},
+                                 {"range0", kMaxRangePerFrame},
+                                 {"sun0 or magnetometer0", kMaxDirectionPerFrame},
+                                 {"cam0", 1}};
     const Limit& limit = kLimits[static_cast<std::size_t>(assembler_->crowded())];
     throw InputError((root_ / limit.folder / "data.csv").string() + ": too many rows within the 4 ms before " +
                      std::to_string(t_tick.ns()) + " ns; expected at most " + std::to_string(limit.rows));

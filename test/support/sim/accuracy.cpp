@@ -35,8 +35,8 @@ struct Alignment {
 Alignment align_at(const FlightPoint& point) {
   const Quat difference = attitude(point.estimate) * point.truth.q_WI.conjugate();
   Alignment alignment;
-  alignment.turn = point.estimate.heading_known ? east_of_world()
-                                                : Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
+  alignment.turn =
+      point.estimate.heading_known ? east_of_world() : Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
   alignment.shift_m = vec3(point.estimate.p_WI_m) - alignment.turn * point.truth.p_WI_m;
   return alignment;
 }

@@ -7,7 +7,8 @@ namespace {
 
 /// East, north, up: an afternoon sun 40 degrees above the horizon; the field of central Europe, 65 degrees downwards.
 Vec3 known_direction(DirectionSource source) {
-  return source == DirectionSource::kSun ? Vec3(-0.5, -0.58, 0.643).normalized() : Vec3(0.03, 0.42, -0.906).normalized();
+  return source == DirectionSource::kSun ? Vec3(-0.5, -0.58, 0.643).normalized()
+                                         : Vec3(0.03, 0.42, -0.906).normalized();
 }
 
 }  // namespace

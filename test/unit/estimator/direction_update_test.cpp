@@ -46,9 +46,9 @@ struct Filter {
   void make_heading_known(Update& update) {
     const State before = *state;
     for (const double t_s : {99.97, 99.98, 99.99}) {
-      ASSERT_EQ(update.add(sample_of(DirectionSource::kSun, t_s, state->core.motion.q_WI.conjugate() * kSun, kSun),
-                           counters),
-                Status::kOk);
+      ASSERT_EQ(
+          update.add(sample_of(DirectionSource::kSun, t_s, state->core.motion.q_WI.conjugate() * kSun, kSun), counters),
+          Status::kOk);
       ASSERT_TRUE(fuse(update).has_value());
     }
     ASSERT_TRUE(update.heading_known());
@@ -84,8 +84,8 @@ TEST(DirectionUpdate, TheSunIsAMeasurementOfBothAngles) {
     const Vec3 right_I = f.state->core.motion.q_WI.conjugate() * east;
     const Vec3 up_I = f.state->core.motion.q_WI.conjugate() * kSun.cross(east);
     const Eigen::VectorXd r = Vec2(right_I.dot(seen_I), up_I.dot(seen_I)) - predict(*f.state);
-    const auto expected = test::dense_update(
-        dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(2, kOptions.sun_noise_rad)});
+    const auto expected =
+        test::dense_update(dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(2, kOptions.sun_noise_rad)});
     State moved = *f.state;
     moved.retract(expected.dx.data());
     ASSERT_EQ(update.add(sample_of(DirectionSource::kSun, 100.0, seen_I, kSun), f.counters), Status::kOk);
@@ -107,8 +107,7 @@ TEST(DirectionUpdate, TheFieldIsAMeasurementOfItsAzimuthAlone) {
       return Eigen::Matrix<double, 1, 1>(std::atan2(field_W.y(), field_W.x()));
     };
     const Dense h = test::numeric_state_jacobian(*f.state, 1, predict);
-    const Eigen::VectorXd r =
-        Eigen::Matrix<double, 1, 1>(std::atan2(kField.y(), kField.x())) - predict(*f.state);
+    const Eigen::VectorXd r = Eigen::Matrix<double, 1, 1>(std::atan2(kField.y(), kField.x())) - predict(*f.state);
     const double sigma_rad = kOptions.magnetometer_noise_rad / kField.head<2>().norm();
     const auto expected =
         test::dense_update(dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(1, sigma_rad)});
@@ -135,9 +134,9 @@ TEST(DirectionUpdate, TheGyroCarriesADirectionToTheImage) {
     const Quat then = f.state->core.motion.q_WI * so3_exp(rate * -0.05);
     ASSERT_EQ(update.add(sample_of(DirectionSource::kSun, 99.95 + 0.045, Vec3::UnitX(), kSun), f.counters),
               Status::kOk);
-    ASSERT_EQ(update.add(sample_of(DirectionSource::kMagnetometer, 99.95, then.conjugate() * kField, kField),
-                         f.counters),
-              Status::kOk);
+    ASSERT_EQ(
+        update.add(sample_of(DirectionSource::kMagnetometer, 99.95, then.conjugate() * kField, kField), f.counters),
+        Status::kOk);
     const Quat before = f.state->core.motion.q_WI;
     ASSERT_TRUE(f.fuse(update).has_value());
     EXPECT_EQ(f.counters.directions_gated, 1U);  // the sun, which is nowhere near
