@@ -33,5 +33,7 @@ foreach(kind LIBRARY INCLUDE PACKAGE)
   set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${PLUMB_SYSROOT})
-# What is installed finds its libraries beside it (tools/package).
+# What is installed finds its libraries beside it (tools/package), and these find one another: by RPATH, since RUNPATH
+# does not reach what a library needs itself.
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-Wl,--disable-new-dtags")
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../lib")
