@@ -16,6 +16,7 @@
 
 option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
+option(PLUMB_EXACT "Arithmetic that gives the same bits on every machine" OFF)
 option(PLUMB_FUZZ "Add the fuzz targets, which need clang" OFF)
 
 set(CMAKE_CXX_STANDARD 20)
@@ -27,6 +28,13 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 # -O3 for the matrix kernels; never fast-math: it removes the not-a-number checks the filter lives by.
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+
+if(PLUMB_EXACT)
+  # What the compiler contracts and in which order Eigen's vector units add depends on the machine. The kernels of
+  # fsw/math and fsw/vision keep their vectors: they fix the order of sums themselves, or add integers.
+  add_compile_options(-ffp-contract=off)
+  add_compile_definitions(EIGEN_DONT_VECTORIZE)
+endif()
 
 if(PLUMB_SANITIZE)
   # Without NDEBUG, so that Eigen checks sizes and indices too.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "fsw/base/assert.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 namespace {
@@ -20,12 +21,12 @@ double chi_square_cdf(double x, std::size_t dof) {
   double term = 0.0;
   std::size_t k = 0;
   if (dof % 2 == 0) {
-    term = std::exp(-half);
+    term = exact::exp(-half);
     tail = term;
     k = 2;
   } else {
-    tail = std::erfc(std::sqrt(half));
-    term = std::sqrt(2.0 * x / kPi) * std::exp(-half);
+    tail = exact::erfc(std::sqrt(half));
+    term = std::sqrt(2.0 * x / kPi) * exact::exp(-half);
     k = 1;
   }
   if (dof % 2 == 0) {

@@ -1,5 +1,8 @@
 #include "fsw/estimator/covariance.h"
 
+#include <algorithm>
+
+#include "fsw/math/kernels.h"
 #include "fsw/measurement/nav_state.h"
 
 namespace plumb {
@@ -42,17 +45,10 @@ void move_block(MatrixView p, std::size_t from, std::size_t to, std::size_t coun
 }
 
 void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out) {
-  const std::size_t n = p.cols();
-  for (std::size_t r = 0; r < jacobian.rows(); ++r) {
-    double* __restrict o = out.row(r);
-    for (std::size_t c = 0; c < n; ++c) o[c] = 0.0;
-    for (const Segment& s : support) {
-      for (std::size_t k = s.start; k < s.start + s.length; ++k) {
-        const double h = jacobian(r, k);
-        const double* __restrict pk = p.row(k);
-        for (std::size_t c = 0; c < n; ++c) o[c] += h * pk[c];
-      }
-    }
+  for (std::size_t r = 0; r < jacobian.rows(); ++r) std::fill_n(out.row(r), out.cols(), 0.0);
+  for (const Segment& s : support) {
+    add_product(1.0, jacobian.block(0, s.start, jacobian.rows(), s.length), p.block(s.start, 0, s.length, p.cols()),
+                out);
   }
 }
 

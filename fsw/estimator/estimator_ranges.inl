@@ -5,9 +5,9 @@
 // Included by estimator.cpp alone.
 
 #include <algorithm>
-#include <cmath>
 
 #include "fsw/estimator/estimator.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 
@@ -130,7 +130,7 @@ bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
   if (taker == nullptr) return false;
   const double rho = 1.0 / spot->depth_m;
   const double sigma_m =
-      std::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
+      exact::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
   taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho, std::nullopt};
   if (state_.estimates_beam()) taker->range->ray = spot->ray;
   report_.range_feature = taker->id;

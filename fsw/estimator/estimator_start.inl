@@ -2,6 +2,7 @@
 // Implementation of estimator.h, the part that starts the filter: standing, in motion, or from a given state.
 
 #include "fsw/estimator/estimator.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 
@@ -71,7 +72,7 @@ Status Estimator<Config>::start_standing(const Frame& frame) {
   begin_filter(frame.t, core, start_covariance(kRestTilt, noise.velocity_m_s));
   stack_.begin(state_);
   add_zero_rate(state_, stack_, rest.mean_gyro_rad_s,
-                std::hypot(options_.imu.gyro_noise_density / std::sqrt(span_s), noise.rate_rad_s));
+                exact::hypot(options_.imu.gyro_noise_density / std::sqrt(span_s), noise.rate_rad_s));
   add_gravity(state_, stack_, rest.mean_accel_m_s2, options_.imu.gravity_m_s2,
               options_.imu.accel_noise_density / std::sqrt(span_s));
   const Status status = stack_.apply(state_);

@@ -12,6 +12,7 @@
 
 #include "fsw/estimator/facet_search.h"
 #include "fsw/estimator/filter_state.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 
@@ -126,7 +127,7 @@ class FacetRepeats {
   double variance(const Vec3& impact_W_m, double facet_size_m, double noise_m, double relief_m) const {
     constexpr double kMostShared = 0.9999;  // of the error, when the beam stands still
     const double shared =
-        last_W_m_ ? std::min(std::exp(-(impact_W_m - *last_W_m_).norm() / facet_size_m), kMostShared) : 0.0;
+        last_W_m_ ? std::min(exact::exp(-(impact_W_m - *last_W_m_).norm() / facet_size_m), kMostShared) : 0.0;
     return noise_m * noise_m + relief_m * relief_m * (1.0 + shared) / (1.0 - shared);
   }
 

@@ -11,6 +11,7 @@
 #include "fsw/base/fixed_vector.h"
 #include "fsw/base/hash.h"
 #include "fsw/estimator/options.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 
@@ -38,8 +39,8 @@ class PixelNoise {
     if (nis_.size() >= kMinFeatures) {
       const auto middle = nis_.begin() + nis_.size() / 2;
       std::nth_element(nis_.begin(), middle, nis_.end());
-      const double step = std::clamp(std::log(std::max(*middle, kMedian / 16.0) / kMedian), -1.0, 1.0);
-      const double grown_px = sigma_px_ * std::exp(0.5 * step / options_.pixel_noise_images);
+      const double step = std::clamp(exact::log(std::max(*middle, kMedian / 16.0) / kMedian), -1.0, 1.0);
+      const double grown_px = sigma_px_ * exact::exp(0.5 * step / options_.pixel_noise_images);
       sigma_px_ = std::clamp(grown_px, options_.pixel_noise_min_px, options_.pixel_noise_max_px);
     }
   }

@@ -45,7 +45,7 @@ void propagate_step(CoreState& state, CoreTransition& transition, const Inertial
 
   // Linearise at the middle of the step.
   KinematicState middle;
-  middle.q_WI = before.q_WI.slerp(0.5, state.motion.q_WI);
+  middle.q_WI = halfway(before.q_WI, state.motion.q_WI);
   middle.p_WI_m = 0.5 * (before.p_WI_m + state.motion.p_WI_m);
   middle.v_WI_m_s = 0.5 * (before.v_WI_m_s + state.motion.v_WI_m_s);
   const Mat15 f = error_dynamics(middle, options.gravity_m_s2) * dt_s;

@@ -9,6 +9,7 @@
 #include "fsw/estimator/range_model.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/update_stack.h"
+#include "fsw/math/exact.h"
 
 namespace plumb {
 
@@ -123,7 +124,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   RangePrediction prediction;
   if (!ok(predict_range(camera, {sensors.p_CR_m, sensors.u_C}, facet, prediction))) return RangeOutcome::kBadGeometry;
   report.range_predicted_m = prediction.range_m;
-  if (prediction.cos_incidence < std::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
+  if (prediction.cos_incidence < exact::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
 
   // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by

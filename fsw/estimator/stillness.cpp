@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fsw/math/exact.h"
+
 namespace plumb {
 namespace {
 
@@ -39,7 +41,7 @@ bool imu_is_still(const ImuBuffer& imu, Time from, Time to, const EstimatorOptio
   if (s.count < kMinSamples) return false;
   const double root_rate = std::sqrt(static_cast<double>(s.count) / (to - from).seconds());
   const auto limit = [root_rate](double still, double noise_density) {  // the noise of three axes adds to the motion
-    return std::hypot(still, std::sqrt(3.0) * noise_density * root_rate);
+    return exact::hypot(still, std::sqrt(3.0) * noise_density * root_rate);
   };
   const double gravity_m_s2 = options.imu.gravity_m_s2;
   return s.gyro_deviation_rad_s < limit(options.start.still_gyro_rad_s, options.imu.gyro_noise_density) &&

@@ -112,9 +112,7 @@ double innovation_squared(TrackRows<MaxPoses, BeamColumns>& track, ConstMatrixVi
   multiply_rows(h, all, poses, hp);
   for (std::size_t i = 0; i < m; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
-      double sum = i == j ? 1.0 : 0.0;
-      for (std::size_t k = 0; k < Rows::kPoseColumns; ++k) sum += hp(i, k) * h(j, k);
-      s(i, j) = sum;
+      s(i, j) = (i == j ? 1.0 : 0.0) + dot(hp.row(i), h.row(j), Rows::kPoseColumns);
     }
     y[i] = h(i, Rows::kPoseColumns);
   }

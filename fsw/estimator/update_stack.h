@@ -75,9 +75,7 @@ double UpdateStack<Config>::inner(std::size_t i, std::size_t j) const {
   const double* hp = hp_.view().row(i);
   const double* h = h_.view().row(j);
   double sum = 0.0;
-  for (const Segment& s : support_[j]) {
-    for (std::size_t k = s.start; k < s.start + s.length; ++k) sum += hp[k] * h[k];
-  }
+  for (const Segment& s : support_[j]) sum += dot(hp + s.start, h + s.start, s.length);
   return sum;
 }
 

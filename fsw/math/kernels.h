@@ -6,8 +6,11 @@
 
 namespace plumb {
 
-/// Widest matrix that fold_rows and triangularise take.
-inline constexpr std::size_t kMaxFoldColumns = 256;
+/// Sum of a[i] * b[i].
+double dot(const double* a, const double* b, std::size_t n);
+
+/// out <- out + scale a x, every element summed in the order of the columns of a. `out` overlaps neither.
+void add_product(double scale, ConstMatrixView a, ConstMatrixView x, MatrixView out);
 
 /// a <- lower-triangular L with a = L L^T; only the lower triangle is read and written.
 /// kNumericalFault (a half-written) when a is not positive definite or not finite.

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "fsw/math/exact.h"
+
 namespace plumb {
 namespace {
 // Below this angle the truncated series is exact to the last bit of a double.
@@ -14,10 +16,10 @@ Quat so3_exp(const Vec3& rotation_vector) {
   if (angle < kSmallAngle) {
     half_sinc = 0.5 - angle * angle / 48.0;
   } else {
-    half_sinc = std::sin(0.5 * angle) / angle;
+    half_sinc = exact::sin(0.5 * angle) / angle;
   }
   const Vec3 v = half_sinc * rotation_vector;
-  return Quat(std::cos(0.5 * angle), v.x(), v.y(), v.z()).normalized();
+  return Quat(exact::cos(0.5 * angle), v.x(), v.y(), v.z()).normalized();
 }
 
 Vec3 so3_log(const Quat& q) {
@@ -26,7 +28,7 @@ Vec3 so3_log(const Quat& q) {
   const Vec3 v = sign * q.vec();
   const double s = v.norm();
   if (s < kSmallAngle) return (2.0 / w - 2.0 * s * s / (3.0 * w * w * w)) * v;
-  return (2.0 * std::atan2(s, w) / s) * v;
+  return (2.0 * exact::atan2(s, w) / s) * v;
 }
 
 Mat3 so3_left_jacobian(const Vec3& rotation_vector) {
@@ -34,8 +36,13 @@ Mat3 so3_left_jacobian(const Vec3& rotation_vector) {
   const Mat3 k = skew(rotation_vector);
   if (angle < kSmallAngle) return Mat3::Identity() + 0.5 * k + k * k / 6.0;
   const double angle2 = angle * angle;
-  return Mat3::Identity() + ((1.0 - std::cos(angle)) / angle2) * k +
-         ((angle - std::sin(angle)) / (angle2 * angle)) * k * k;
+  return Mat3::Identity() + ((1.0 - exact::cos(angle)) / angle2) * k +
+         ((angle - exact::sin(angle)) / (angle2 * angle)) * k * k;
+}
+
+Quat halfway(const Quat& a, const Quat& b) {
+  const double sign = a.dot(b) < 0.0 ? -1.0 : 1.0;  // b and -b are one rotation
+  return Quat(a.coeffs() + sign * b.coeffs()).normalized();
 }
 
 Quat rotation_between(const Vec3& from, const Vec3& to) {

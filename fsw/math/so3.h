@@ -28,6 +28,9 @@ Vec3 so3_log(const Quat& q);
 /// Left Jacobian of SO(3): Exp(a + d) = Exp(J_l(a) d) Exp(a) to first order in d.
 Mat3 so3_left_jacobian(const Vec3& rotation_vector);
 
+/// The rotation in the middle of the shortest way from a to b (not opposite), of unit quaternions.
+Quat halfway(const Quat& a, const Quat& b);
+
 /// The smallest rotation that takes `from` to `to` (neither zero; opposite vectors turn about any normal).
 Quat rotation_between(const Vec3& from, const Vec3& to);
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/math/exact.h"
 #include "fsw/telemetry/messages.h"
 #include "plumb_lcm/plumb/calibration_t.hpp"
 #include "plumb_lcm/plumb/input_frame_t.hpp"
@@ -189,7 +190,7 @@ Status decode_truth(MessageBytes bytes, NavState& truth) {
   truth_t message{};
   if (!read(bytes, message)) return Status::kInvalidValue;
   const double norm =
-      std::hypot(std::hypot(message.q_WI[0], message.q_WI[1]), std::hypot(message.q_WI[2], message.q_WI[3]));
+      exact::hypot(exact::hypot(message.q_WI[0], message.q_WI[1]), exact::hypot(message.q_WI[2], message.q_WI[3]));
   constexpr double kUnit = 1e-6;
   if (!all_finite(message.p_WI_m) || !all_finite(message.v_WI_m_s) || !(std::abs(norm - 1.0) < kUnit)) {
     return Status::kInvalidValue;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "fsw/math/exact.h"
+
 namespace plumb {
 namespace {
 
@@ -32,7 +34,7 @@ Radial arctangent_ratio(double q) {
     return {1.0 - q * (1.0 / 3.0 - q * (1.0 / 5.0 - q / 7.0)), -2.0 / 3.0 + q * (4.0 / 5.0 - q * 6.0 / 7.0)};
   }
   const double a = std::sqrt(q);
-  const double ratio = std::atan(a) / a;
+  const double ratio = exact::atan(a) / a;
   return {ratio, (1.0 / (1.0 + q) - ratio) / q};
 }
 
@@ -48,7 +50,7 @@ Radial radial_equidistant(const Coefficients& k, double r2) {
 
 Radial radial_fov(const Coefficients& k, double r2) {
   const double w = k[0];
-  const double a = 2.0 * std::tan(0.5 * w);
+  const double a = 2.0 * exact::tan(0.5 * w);
   const Radial angle = arctangent_ratio(a * a * r2);
   return {angle.factor * a / w, angle.slope * a * a * a / w};
 }
@@ -86,7 +88,7 @@ void apply_lens(const CameraCalibration& calibration, const Vec2& n, Vec2& disto
 double first_fold_radius(const CameraCalibration& calibration) {
   double last = 0.0;
   for (int i = 1; i <= kFoldScanSteps; ++i) {
-    const double r = std::tan(kMaxFieldAngle_rad * i / kFoldScanSteps);
+    const double r = exact::tan(kMaxFieldAngle_rad * i / kFoldScanSteps);
     const Radial lens = radial(calibration, r * r);
     if (!(lens.factor + lens.slope * r * r > 0.0)) break;
     last = r;
@@ -120,7 +122,7 @@ Status undistort_newton(const CameraCalibration& calibration, double max_radius,
 // near 90 degrees.
 Status undistort_equidistant(const Coefficients& k, double max_radius, const Vec2& distorted, Vec2& n) {
   const double theta_d = distorted.norm();
-  const double max_theta = std::atan(max_radius);
+  const double max_theta = exact::atan(max_radius);
   double theta = std::fmin(theta_d, max_theta);
   for (int i = 0; i < kMaxNewtonIterations; ++i) {
     const double t2 = theta * theta;
@@ -131,7 +133,7 @@ Status undistort_equidistant(const Coefficients& k, double max_radius, const Vec
     theta += step;
     if (std::fabs(step) < kNewtonStep) {
       if (theta > max_theta) return Status::kIllConditioned;
-      n = theta_d < kSeriesLimit * kNewtonStep ? distorted : Vec2(distorted * (std::tan(theta) / theta_d));
+      n = theta_d < kSeriesLimit * kNewtonStep ? distorted : Vec2(distorted * (exact::tan(theta) / theta_d));
       return Status::kOk;
     }
     theta = std::fmin(std::fmax(theta, 0.0), max_theta);
@@ -147,8 +149,8 @@ Status undistort_fov(const Coefficients& k, double max_radius, const Vec2& disto
   // tan(a) / a; its limit 1 leaves the factor w / (2 tan(w / 2)) at the centre.
   const double ratio = angle < kSeriesLimit
                            ? 1.0 + q * (1.0 / 3.0 + q * (2.0 / 15.0 + q * (17.0 / 315.0 + q * 62.0 / 2835.0)))
-                           : std::tan(angle) / angle;
-  n = distorted * (ratio * w / (2.0 * std::tan(0.5 * w)));
+                           : exact::tan(angle) / angle;
+  n = distorted * (ratio * w / (2.0 * exact::tan(0.5 * w)));
   return n.norm() <= max_radius ? Status::kOk : Status::kIllConditioned;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "fsw/math/exact.h"
 #include "fsw/vision/feature_tracker.h"
 
 namespace plumb {
@@ -163,8 +164,8 @@ void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
   PatchPosition position{point.to_u_px, point.to_v_px, track.patch_scale};
   if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position)))
     return;
-  const double correction_px = std::hypot(static_cast<double>(position.u_px - point.to_u_px),
-                                          static_cast<double>(position.v_px - point.to_v_px));
+  const double correction_px = exact::hypot(static_cast<double>(position.u_px - point.to_u_px),
+                                            static_cast<double>(position.v_px - point.to_v_px));
   track.aligned = static_cast<double>(position.similarity) >= options_.min_similarity &&
                   correction_px <= options_.max_correction_px;
   if (!track.aligned) return;
@@ -190,8 +191,8 @@ void FeatureTracker<MaxTracks, Kernels>::follow_back() {
     track.keep = true;
     if (!track.aligned) {
       const FlowPoint& back = points_[next];
-      const double miss_px = std::hypot(static_cast<double>(back.to_u_px - came_from_[next][0]),
-                                        static_cast<double>(back.to_v_px - came_from_[next][1]));
+      const double miss_px = exact::hypot(static_cast<double>(back.to_u_px - came_from_[next][0]),
+                                          static_cast<double>(back.to_v_px - came_from_[next][1]));
       ++next;
       track.keep = back.found && miss_px <= options_.forward_backward_px;
     }

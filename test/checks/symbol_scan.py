@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What flight code may not call: no heap, no exception, no print, no file, no clock, no random number, no thread.
+"""What flight code may not call: no heap, no exception, no print, no file, no clock, no random number, no thread, and
+no function of the C library whose bits depend on the machine (fsw/math/exact.h has them).
 
     test/checks/symbol_scan.py LIBRARY.a...
 
@@ -25,6 +26,8 @@ BANNED = {
     "waiting": r"(clock_)?nanosleep|usleep|sleep|select|poll|epoll_wait|futex",
     "random number": r"s?rand(om)?|rand_r|[delmnj]rand48|getrandom|getentropy|_ZNSt13random_device\w+",
     "thread": r"pthread_\w+|sem_\w+|_ZNSt6thread\w+|_ZNSt18condition_variable\w+|_ZNSt11this_thread\w+",
+    "inexact function": r"(a?(sin|cos|tan)h?|atan2|sincos|exp(2|10|m1)?|log(2|10|1p|b)?|pow|cbrt|hypot|erfc?"
+    r"|[lt]gamma(_r)?)[fl]?",
     "environment": r"(secure_)?getenv|system|exec[lv]p?e?|v?fork",
 }
 _BANNED = {why: re.compile(pattern) for why, pattern in BANNED.items()}

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
 
@@ -10,6 +9,7 @@
 #include "tools/replay/csv.h"
 #include "tools/replay/frame_assembler.h"
 #include "tools/replay/input_error.h"
+#include "tools/replay/png_image.h"
 
 namespace plumb::replay {
 namespace {
@@ -213,19 +213,14 @@ class AslSource final : public Source {
 
   ImageView read_image(std::uint32_t sequence) {
     const fs::path& file = files_[sequence];
-    image_ = cv::imread(file.string(), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
-    if (image_.empty()) throw InputError(file.string() + ": not readable as an image");
-    if (image_.depth() != CV_8U) throw InputError(file.string() + ": has more than 8 bits per pixel; expected 8");
+    const ImageView image = image_.read(file);
     const CameraCalibration& camera = session_.calibration.camera;
-    if (image_.cols != camera.width || image_.rows != camera.height) {
-      throw InputError(file.string() + ": is " + std::to_string(image_.cols) + " x " + std::to_string(image_.rows) +
+    if (image.width != camera.width || image.height != camera.height) {
+      throw InputError(file.string() + ": is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                        " px; expected the resolution of cam0/sensor.yaml, " + std::to_string(camera.width) + " x " +
                        std::to_string(camera.height));
     }
-    return {.pixels = image_.data,
-            .width = image_.cols,
-            .height = image_.rows,
-            .stride = static_cast<std::int32_t>(image_.step[0])};
+    return image;
   }
 
   fs::path root_;  ///< holds cam0, imu0 and what else there is
@@ -236,7 +231,7 @@ class AslSource final : public Source {
   std::vector<CameraReference> camera_;
   std::vector<fs::path> files_;
   std::unique_ptr<FrameAssembler> assembler_;
-  cv::Mat image_;
+  PngImage image_;
 };
 
 }  // namespace

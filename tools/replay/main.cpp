@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <string>
 
@@ -183,7 +182,6 @@ int run(int argc, char** argv) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   std::signal(SIGHUP, request_stop);
-  cv::setNumThreads(1);  // the thread clock and the heap counter see this thread only, and so does flight
   Arguments arguments;
   int exit_code = 0;
   arguments.flight.stop = &g_stop;

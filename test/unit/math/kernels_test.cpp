@@ -39,6 +39,33 @@ void expect_upper_triangular(ConstMatrixView a, std::size_t columns) {
   }
 }
 
+TEST(Kernels, ProductsAreSummedInOrderWhateverTheirShape) {
+  test::for_all(300, [](test::Generator& g) {
+    const std::size_t rows = any_size(g, 0, 11);
+    const std::size_t inner = any_size(g, 0, 40);
+    const std::size_t cols = any_size(g, 0, kMaxSize);
+    static Storage a_storage;
+    static Storage x_storage;
+    static Storage out_storage;
+    const MatrixView a = window(a_storage, rows, inner);
+    const MatrixView x = window(x_storage, inner, cols);
+    const MatrixView out = window(out_storage, rows, cols);
+    store(test::any_matrix(g, rows, inner), a);
+    store(test::any_matrix(g, inner, cols), x);
+    const Dense before = test::any_matrix(g, rows, cols);
+    store(before, out);
+    const double scale = g.integer(0, 1) == 0 ? 1.0 : -1.0;
+    add_product(scale, a, x, out);
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < cols; ++c) {
+        double sum = before(index(r), index(c));
+        for (std::size_t k = 0; k < inner; ++k) sum += scale * a(r, k) * x(k, c);
+        ASSERT_EQ(out(r, c), sum) << r << ", " << c;
+      }
+    }
+  });
+}
+
 TEST(Kernels, CholeskyRebuildsTheMatrix) {
   test::for_all(200, [](test::Generator& g) {
     const std::size_t n = any_size(g, 1, 60);

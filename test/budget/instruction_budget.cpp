@@ -1,0 +1,100 @@
+// Flies a recording with a mark at every border between stages, for instruction_budget.py to count what each costs.
+//
+//   plumb-instruction-budget RECORDING CONFIGURATION [IMAGES]
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "fsw/app/nav_system.h"
+#include "fsw/vision/feature_tracker_impl.h"
+#include "fsw/vision/flight_kernels.h"
+#include "test/budget/instruction_mark.h"
+#include "tools/replay/asl_reader.h"
+#include "tools/replay/input_error.h"
+
+namespace plumb::budget {
+namespace {
+
+/// The kernels that fly, with marks.
+template <class Config>
+class MarkedKernels {
+ public:
+  MarkedKernels(const CameraCalibration& calibration, const TrackerOptions& options) : kernels_(calibration, options) {}
+  void push(const ImageView& image) {
+    const RegionScope scope(Region::kPyramid);
+    kernels_.push(image);
+  }
+  void forget() { kernels_.forget(); }
+  ImageView present() const { return kernels_.present(); }
+  void follow(std::span<FlowPoint> points, FlowDirection direction) const {
+    const RegionScope scope(Region::kFlow);
+    kernels_.follow(points, direction);
+  }
+  void detect(const TileRect& rect, std::int32_t threshold, CornerSink& sink) const {
+    const RegionScope scope(Region::kDetect);
+    kernels_.detect(rect, threshold, sink);
+  }
+
+ private:
+  FlightKernels<Config::kMaxImageWidth, Config::kMaxImageHeight> kernels_;
+};
+
+template <class Config>
+void fly(replay::Source& source, std::size_t images) {
+  static std::optional<FeatureTracker<Config::kMaxTracks, MarkedKernels<Config>>> tracker;
+  static std::optional<NavSystem<Config>> system;
+  MarkingObserver observer;
+  const replay::Session& session = source.session();
+  tracker.emplace(session.calibration.camera, session.parameters.tracker);
+  system.emplace(session.calibration, session.parameters, *tracker, &observer);
+
+  replay::Tick tick;
+  std::size_t done = 0;
+  while (done < images && source.next(tick)) {
+    bool image_processed = false;
+    {
+      const RegionScope scope(Region::kStep);
+      image_processed = system->step(tick.input, tick.input.has_camera ? &tick.image : nullptr).image_processed;
+    }
+    if (!image_processed) continue;
+    ++done;
+    end(static_cast<std::uint8_t>(Region::kImage));
+    const FrameReport& report = system->estimator().report();
+    std::printf("%zu %d %u %u\n", done, system->estimator().state().valid ? 1 : 0, report.slam_used, report.msckf_used);
+  }
+}
+
+int run(int argc, char** argv) {
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: %s RECORDING CONFIGURATION [IMAGES]\n", argv[0]);
+    return 2;
+  }
+  const std::string config = argv[2];
+  const std::size_t images = argc == 4 ? std::strtoul(argv[3], nullptr, 10) : std::numeric_limits<std::size_t>::max();
+  const auto source = replay::open_asl({.folder = argv[1]});
+  if (config == PaperConfig::kName)
+    fly<PaperConfig>(*source, images);
+  else if (config == FlightConfig::kName)
+    fly<FlightConfig>(*source, images);
+  else if (config == SelfCalibratingConfig::kName)
+    fly<SelfCalibratingConfig>(*source, images);
+  else
+    throw replay::InputError("unknown configuration '" + config + "'");
+  return 0;
+}
+
+}  // namespace
+}  // namespace plumb::budget
+
+int main(int argc, char** argv) {
+  try {
+    return plumb::budget::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

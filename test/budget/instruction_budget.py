@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""What an image costs on 64-bit ARM, in instructions, stage by stage.
+
+    test/budget/instruction_budget.py [--build build/arm64-flight] [--config flight] [--images N] [--csv FILE] RECORDING
+
+Flies a recording with plumb-instruction-budget in qemu-user under the plugin instruction_trace.c. The counts are exact
+and the same in every run. Images before the filter has started are left out.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+
+# The regions of instruction_mark.h.
+REGIONS = {
+    17: "pyramid",
+    18: "flow",
+    19: "detect",
+    0: "rest of the front end",
+    1: "start",
+    2: "propagation",
+    3: "range",
+    4: "visual rows",
+    5: "visual update",
+    16: "rest of the step",
+}
+FRONT_END = ("pyramid", "flow", "detect", "rest of the front end")
+END_OF_IMAGE = 31
+
+
+def images_of(trace: Iterator[str]) -> Iterator[dict[str, int]]:
+    """Instructions per region and image out of "tag count" lines; an instruction counts for the innermost region."""
+    open_regions: list[int] = []
+    costs = dict.fromkeys(REGIONS.values(), 0)
+    before = 0
+    for line in trace:
+        tag, count = map(int, line.split())
+        region, ends = divmod(tag, 2)
+        if open_regions:
+            costs[REGIONS[open_regions[-1]]] += count - before
+        before = count
+        if region == END_OF_IMAGE:
+            yield costs
+            costs = dict.fromkeys(REGIONS.values(), 0)
+        elif ends:
+            if not open_regions or open_regions.pop() != region:
+                raise ValueError(f"region {region} ends and was not open")
+        else:
+            open_regions.append(region)
+
+
+def plugin(build: Path) -> Path:
+    """The plugin, built when it is not there or older than its source."""
+    source = Path(__file__).with_name("instruction_trace.c")
+    library = build / "libinstruction_trace.so"
+    if not library.exists() or library.stat().st_mtime < source.stat().st_mtime:
+        subprocess.run(["cc", "-O2", "-fPIC", "-shared", str(source), "-o", str(library)], check=True)
+    return library
+
+
+def count(build: Path, recording: Path, config: str, images: int | None) -> np.ndarray:
+    """One row per image that the running filter processed, one column per region."""
+    command = [str(build / "bin/plumb-instruction-budget"), str(recording), config]
+    if images is not None:
+        command.append(str(images))
+    with tempfile.TemporaryDirectory() as folder:
+        trace = Path(folder) / "trace"
+        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", f"{plugin(build)},out={trace}"]
+        out = subprocess.run(emulator + command, check=True, capture_output=True, text=True).stdout
+        with trace.open() as lines:
+            costs = [list(image.values()) for image in images_of(lines)]
+    valid = [line.split()[1] == "1" for line in out.splitlines()]
+    # The image that the filter starts with is judged by other means than those that follow.
+    running = [now and before for now, before in zip(valid, [False, *valid[:-1]], strict=True)]
+    return np.array(costs)[np.array(running)]
+
+
+def table(costs: np.ndarray) -> str:
+    """Mean, median and largest count per region and in total, in millions."""
+    names = list(REGIONS.values())
+    front_end = costs[:, [names.index(name) for name in FRONT_END]].sum(axis=1)
+    total = costs.sum(axis=1)
+    rows = [(name, costs[:, i]) for i, name in enumerate(names)]
+    rows += [("front end", front_end), ("filter", total - front_end), ("whole image", total)]
+    lines = [f"{len(costs)} images, millions of instructions", "", "| stage | mean | median | largest |", "|---|---|---|---|"]
+    for name, values in rows:
+        mean, median, most = (f"{value / 1e6:.2f}" for value in (values.mean(), np.median(values), values.max()))
+        lines.append(f"| {name} | {mean} | {median} | {most} |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Counts and prints the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("--build", type=Path, default=ROOT / "build/arm64-flight")
+    parser.add_argument("--config", default="flight")
+    parser.add_argument("--images", type=int, help="stop after so many")
+    parser.add_argument("--csv", type=Path, help="also write the counts of every image")
+    arguments = parser.parse_args()
+    costs = count(arguments.build, arguments.recording, arguments.config, arguments.images)
+    if arguments.csv is not None:
+        np.savetxt(arguments.csv, costs, fmt="%d", delimiter=",", header=",".join(REGIONS.values()))
+    print(table(costs))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

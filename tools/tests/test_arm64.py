@@ -1,0 +1,80 @@
+"""The exact profile gives the same bits on x86 and on 64-bit ARM, which runs in an emulator here."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import sim_scenes
+from plumb_tools.sim import kept, simulate
+
+ROOT = Path(__file__).resolve().parents[2]
+HOST = ROOT / "build/exact/bin"
+ARM64 = ROOT / "build/arm64-exact/bin"
+EMULATOR = ("qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"))
+REAL_IMAGES = 120
+BIT_FILES = ("states.csv", "covariance.csv", "features.csv", "trajectory_imu.tum")
+
+
+@pytest.fixture(autouse=True)
+def _built() -> None:
+    if shutil.which(EMULATOR[0]) is None or not all((folder / "plumb-replay").is_file() for folder in (HOST, ARM64)):
+        pytest.skip("tools/setup --arm64 was not run, or the presets exact and arm64-exact are not built")
+
+
+def _first_images(recording: Path, to: Path, images: int) -> Path:
+    """The recording cut to its first images, without a copy of them."""
+    camera = to / "mav0/cam0"
+    camera.mkdir(parents=True)
+    for sensor in ("imu0", "range0"):
+        (to / "mav0" / sensor).symlink_to(recording.resolve() / "mav0" / sensor)
+    for name in ("sensor.yaml", "data"):
+        (camera / name).symlink_to(recording.resolve() / "mav0/cam0" / name)
+    rows = (recording / "mav0/cam0/data.csv").read_text().splitlines(keepends=True)
+    (camera / "data.csv").write_text("".join(rows[: images + 1]))
+    return to
+
+
+def _expect_same_bits(recording: Path, work: Path) -> None:
+    """Every image's state ends in a hash over all that the filter carries on, so equal files are equal bits."""
+    for name, program in (("host", [str(HOST / "plumb-replay")]), ("arm64", [*EMULATOR, str(ARM64 / "plumb-replay")])):
+        subprocess.run([*program, "--asl", str(recording), "--out", str(work / name)], check=True, capture_output=True)
+    for file in BIT_FILES:
+        host, arm64 = ((work / name / file).read_text().splitlines() for name in ("host", "arm64"))
+        assert len(host) == len(arm64) > 1
+        first = next((row for row, pair in enumerate(zip(host, arm64, strict=True)) if pair[0] != pair[1]), None)
+        assert first is None, f"{file} differs from line {first + 1} on:\n{host[first]}\n{arm64[first]}"
+
+
+def test_a_real_flight_gives_the_same_bits(euroc_mh01: Path, tmp_path: Path) -> None:
+    _expect_same_bits(_first_images(euroc_mh01, tmp_path / "cut", REAL_IMAGES), tmp_path)
+
+
+def test_a_simulated_flight_gives_the_same_bits(tmp_path: Path) -> None:
+    """Rendered here: a climb over a yard, with ranges."""
+    changes = {
+        "trajectory.segments": [{"do": "hold", "duration_s": 4.0}],
+        "scene.ground.extent_m": [-12, -12, 24, 12],
+        "sensors.camera.rate_hz": 20,
+    }
+    plan = sim_scenes.plan(tmp_path, changes, seed=1)
+    flight = tmp_path / "flight"
+    simulate.fly(plan, flight, kept.origin(plan.scene, 1, None, None, with_log=False), report=lambda *_: None)
+    _expect_same_bits(flight, tmp_path)
+
+
+def _kernel_hashes(*command: str) -> dict[str, str]:
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return dict(line.rsplit(" ", 1) for line in told.splitlines())
+
+
+def test_kernels_give_the_same_bits_unless_the_compiler_may_fuse_multiplications() -> None:
+    expected = _kernel_hashes(str(HOST / "plumb-exact-kernels"))
+    assert len(expected) == 3
+    assert _kernel_hashes(*EMULATOR, str(ARM64 / "plumb-exact-kernels")) == expected
+    contracted = _kernel_hashes(*EMULATOR, str(ARM64 / "plumb-contracted-kernels"))
+    assert contracted.keys() == expected.keys()
+    assert all(contracted[name] != expected[name] for name in expected)
