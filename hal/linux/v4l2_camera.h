@@ -15,7 +15,7 @@ namespace plumb {
 struct V4l2CameraOptions {
   std::string device = "/dev/video0";
   /// Sub-device that has exposure, gain and frame interval, as "/dev/v4l-subdev0"; empty: the device has them itself.
-  std::string sensor;
+  std::string sensor{};
   /// One step of V4L2_CID_EXPOSURE, whose unit is the driver's own: a line of the sensor, for the OV7251.
   Duration exposure_step = Duration::from_ns(19'333);
   double gain_step = 1.0 / 16.0;  ///< one step of V4L2_CID_GAIN or V4L2_CID_ANALOGUE_GAIN
