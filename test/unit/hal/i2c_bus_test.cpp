@@ -2,10 +2,7 @@
 
 #include "hal/linux/i2c_bus.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -16,6 +13,7 @@
 
 #include "drivers/lidar_lite/device.h"
 #include "hal/linux/monotonic_clock.h"
+#include "test/emulators/lidar_lite/lidar_lite_served.h"
 #include "test/unit/hal/kernel_part.h"
 
 namespace plumb {
@@ -35,47 +33,7 @@ TEST(I2cBus, SaysWhatIsNoAdapter) {
 
 #ifdef PLUMB_LIDAR_LITE_CUSE
 
-/// The emulator in a process of its own, for as long as this lives.
-class Served {
- public:
-  explicit Served(const char* model) {
-    int to_server[2];
-    int from_server[2];
-    EXPECT_EQ(pipe(to_server), 0);
-    EXPECT_EQ(pipe(from_server), 0);
-    process_ = fork();
-    if (process_ == 0) {
-      dup2(to_server[0], STDIN_FILENO);
-      dup2(from_server[1], STDOUT_FILENO);
-      close(to_server[1]);
-      execl(PLUMB_LIDAR_LITE_CUSE, PLUMB_LIDAR_LITE_CUSE, "i2c-lidar", model, nullptr);
-      _exit(127);
-    }
-    close(to_server[0]);
-    close(from_server[1]);
-    world_ = to_server[1];
-    char ready[6]{};
-    EXPECT_EQ(read(from_server[0], ready, 5), 5);
-    EXPECT_STREQ(ready, "ready");
-    for (int i = 0; i < 100 && access(kDevice, R_OK | W_OK) != 0; ++i) usleep(10'000);
-    close(from_server[0]);
-  }
-  ~Served() {
-    close(world_);
-    kill(process_, SIGTERM);
-    waitpid(process_, nullptr, 0);
-  }
-  void set(const std::string& line) const {
-    const std::string whole = line + "\n";
-    EXPECT_EQ(write(world_, whole.data(), whole.size()), static_cast<ssize_t>(whole.size()));
-    usleep(50'000);  // the server reads it on a thread of its own
-  }
-  static constexpr const char* kDevice = "/dev/i2c-lidar";
-
- private:
-  pid_t process_ = -1;
-  int world_ = -1;
-};
+using test::LidarLiteServed;
 
 /// Until there are so many samples, or until the time is up: how many come is up to the machine's load.
 std::vector<RangeSample> run_for(lidar_lite::Device& device, Duration duration, std::size_t wanted = SIZE_MAX) {
@@ -98,10 +56,10 @@ TEST(KernelI2cBus, MeasuresThroughARealDevice) {
       {"v3", lidar_lite::Model::kV3}, {"v3hp", lidar_lite::Model::kV3Hp}, {"v4led", lidar_lite::Model::kV4Led}};
   for (const auto& [name, model] : models) {
     SCOPED_TRACE(name);
-    const Served served(name);
+    const LidarLiteServed served(PLUMB_LIDAR_LITE_CUSE, name);
     served.set("range_m 7.65");
     std::string error;
-    const auto bus = LinuxI2cBus::open(Served::kDevice, error);
+    const auto bus = LinuxI2cBus::open(LidarLiteServed::kDevice, error);
     ASSERT_NE(bus, nullptr) << error;
     lidar_lite::Device device(*bus, {.model = model});
     const Time before = clock_now();
@@ -127,9 +85,9 @@ TEST(KernelI2cBus, MeasuresThroughARealDevice) {
 
 TEST(KernelI2cBus, KeepsTheErrorOfATransfer) {
   PLUMB_NEEDS_KERNEL("CUSE (module cuse)");
-  const Served served("v3");
+  const LidarLiteServed served(PLUMB_LIDAR_LITE_CUSE, "v3");
   std::string error;
-  const auto bus = LinuxI2cBus::open(Served::kDevice, error);
+  const auto bus = LinuxI2cBus::open(LidarLiteServed::kDevice, error);
   ASSERT_NE(bus, nullptr) << error;
   EXPECT_EQ(bus->last_error(), 0);
   std::array<std::uint8_t, 2> bytes{0x00, 0x04};
