@@ -132,6 +132,9 @@ TEST(Messages, InputFrameComesBackBitByBit) {
   EXPECT_EQ(back.range[0].range_m, 12.5);
   EXPECT_EQ(back.range[1].quality, RangeQuality::kWeak);
   EXPECT_TRUE(back.has_camera);
+  EXPECT_EQ(back.handover, Handover::kReleased);
+  EXPECT_TRUE(back.image_skipped);
+  EXPECT_TRUE(back.nav_missed);
   EXPECT_EQ(back.camera.t_exposure_mid, sent.camera.t_exposure_mid);
   EXPECT_EQ(back.camera.sequence, sent.camera.sequence);
 }
@@ -250,6 +253,9 @@ TEST(Messages, CountsOutOfRangeAreRefused) {
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.range[0].quality = 0;
   message.has_camera = 2;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.has_camera = 1;
+  message.handover = 4;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
 }
 

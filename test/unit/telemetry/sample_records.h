@@ -54,6 +54,9 @@ inline InputFrame sample_input() {
   static_cast<void>(frame.range.push_back({.t = Time::from_ns(7), .range_m = 12.5, .quality = RangeQuality::kValid}));
   static_cast<void>(frame.range.push_back({.t = Time::from_ns(9), .range_m = 0.0, .quality = RangeQuality::kWeak}));
   frame.has_camera = true;
+  frame.handover = Handover::kReleased;
+  frame.image_skipped = true;
+  frame.nav_missed = true;
   frame.camera = {.t_exposure_mid = Time::from_ns(3'999'999), .sequence = 42};
   return frame;
 }
