@@ -61,6 +61,11 @@ class SpscRing {
     return Status::kOk;
   }
 
+  /// Producer. Whether push() would be refused now.
+  [[nodiscard]] bool full() const {
+    return written_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_acquire) == Capacity;
+  }
+
   /// Consumer. Takes the oldest item; false, and `out` untouched, when there is none yet.
   [[nodiscard]] bool pop(T& out) {
     const T* oldest = front();
