@@ -1,0 +1,87 @@
+#pragma once
+// A camera that streams grey images: mode and exposure in, frames out, and how the stream is doing.
+
+#include <cstdint>
+
+#include "fsw/base/status.h"
+#include "fsw/base/time.h"
+#include "fsw/measurement/samples.h"
+
+namespace plumb {
+
+/// What begins an exposure.
+enum class CameraTrigger : std::uint8_t {
+  kFreeRun = 0,  ///< the sensor's own period
+  kExternal,     ///< an edge at the sensor's input; the period is what the edges are expected at
+};
+
+struct CameraMode {
+  std::int32_t width = 640;                         ///< px
+  std::int32_t height = 480;                        ///< px
+  Duration period = Duration::from_ns(33'333'333);  ///< from frame to frame
+  CameraTrigger trigger = CameraTrigger::kFreeRun;
+
+  friend bool operator==(const CameraMode&, const CameraMode&) = default;
+};
+
+struct Exposure {
+  Duration time;      ///< during which the pixels collect light
+  double gain = 1.0;  ///< analogue and digital together; 1 is the sensor's least
+
+  friend bool operator==(const Exposure&, const Exposure&) = default;
+};
+
+/// What a time stamp was taken at.
+enum class CameraStamp : std::uint8_t {
+  kEndOfFrame = 0,   ///< the last row had been read out
+  kStartOfExposure,  ///< the pixels began to collect light
+  kArrival,  ///< the source stamps by no clock that is known here: this host had the frame, some time after its end
+};
+
+/// One image as it came.
+struct PortFrame {
+  /// Valid until the next call of receive(), start() or stop().
+  ImageView image;
+  Time t;  ///< on the flight clock; of what, `stamp` says
+  CameraStamp stamp = CameraStamp::kEndOfFrame;
+  std::uint32_t sequence = 0;  ///< of the source; whether it counts images that were lost depends on the source
+  bool damaged = false;        ///< the source says that the image is not whole
+  bool has_exposure = false;   ///< the source tells the exposure of this very image
+  Exposure exposure;           ///< meaningless without has_exposure
+};
+
+struct CameraHealth {
+  std::uint32_t received = 0;       ///< frames returned, damaged ones included
+  std::uint32_t missed = 0;         ///< sequence numbers left out between two frames
+  std::uint32_t out_of_order = 0;   ///< frames whose sequence number was not above the last; returned all the same
+  std::uint32_t damaged = 0;        ///< returned with `damaged` set
+  std::uint32_t malformed = 0;      ///< of another size or format than agreed on: not returned
+  std::uint32_t stamps_mended = 0;  ///< stamps by another clock, in the future or too old: CameraStamp::kArrival
+  std::uint32_t restarts = 0;       ///< returns after the camera was gone
+};
+
+class CameraPort {
+ public:
+  virtual ~CameraPort() = default;
+
+  /// Sets the mode and starts the stream; a stream that runs is stopped first. Returns the mode that the camera took,
+  /// whose period may be another. Exposure and gain are then those set last, or the camera's own. kInvalidValue: the
+  /// camera has no such mode. kRejected: it is not there or failed; receive() then tries again by itself.
+  virtual Result<CameraMode> start(const CameraMode& mode) = 0;
+  virtual void stop() = 0;
+  /// The oldest frame not taken yet, waiting for one at most `timeout`; zero or less does not wait. kNotReady: none
+  /// came. kRejected: the camera is gone or failed; later calls try to come back by themselves. kOutOfOrder: the stream
+  /// was not started.
+  virtual Result<PortFrame> receive(Duration timeout) = 0;
+
+  /// Asks for an exposure, which is moved into the camera's limits and steps. Returns what the camera took; images
+  /// follow it one or two frames later. kRejected: as receive(); it is set when the camera comes back. kInvalidValue:
+  /// not above zero, or not finite.
+  virtual Result<Exposure> set_exposure(const Exposure& wanted) = 0;
+
+  virtual const CameraHealth& health() const = 0;
+  /// The system's error number (errno) of the last call that failed; 0 when none has.
+  virtual int last_error() const = 0;
+};
+
+}  // namespace plumb
