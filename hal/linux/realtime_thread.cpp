@@ -68,7 +68,8 @@ bool RealtimeThread::start(const ThreadOptions& options, Entry entry, void* cont
     CPU_ZERO(&cores);
     CPU_SET(static_cast<unsigned>(options.core), &cores);
     error = pthread_setaffinity_np(thread_, sizeof cores, &cores);
-    if (error != 0) warnings.push_back(name + ": not on core " + std::to_string(options.core) + ": " + std::strerror(error));
+    if (error != 0)
+      warnings.push_back(name + ": not on core " + std::to_string(options.core) + ": " + std::strerror(error));
   }
   return true;
 }

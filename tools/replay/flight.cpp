@@ -6,10 +6,10 @@
 #include <optional>
 #include <thread>
 
+#include "config/input_error.h"
 #include "fsw/base/hash.h"
 #include "fsw/vision/flight_tracker.h"
 #include "tools/replay/heap_counter.h"
-#include "tools/replay/input_error.h"
 #include "tools/replay/stage_meter.h"
 
 namespace plumb::replay {

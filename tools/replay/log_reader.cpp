@@ -3,10 +3,10 @@
 #include <string>
 #include <string_view>
 
+#include "config/calibration_reader.h"
+#include "config/input_error.h"
 #include "fsw/telemetry/messages.h"
 #include "hal/linux/lcm_log.h"
-#include "tools/replay/calibration_reader.h"
-#include "tools/replay/input_error.h"
 
 namespace plumb::replay {
 namespace {

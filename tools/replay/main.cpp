@@ -11,11 +11,11 @@
 #include <optional>
 #include <string>
 
+#include "config/input_error.h"
 #include "fsw/base/assert.h"
 #include "tools/replay/asl_reader.h"
 #include "tools/replay/flight.h"
 #include "tools/replay/hash_check.h"
-#include "tools/replay/input_error.h"
 #include "tools/replay/live_telemetry.h"
 #include "tools/replay/log_reader.h"
 #include "tools/replay/outputs.h"
