@@ -92,6 +92,7 @@ class Reader {
   void read_camera_section(const YamlFile& yaml) {
     CameraSetup& camera = setup_.camera;
     steps_([&] { camera.device = yaml.text_or("device", ""); });
+    steps_([&] { camera.sensor = yaml.text_or("sensor", ""); });
     steps_([&] { camera.socket = yaml.text_or("socket", ""); });
     steps_([&] {
       if (camera.device.empty() == camera.socket.empty()) yaml.fail("device", "expected either device or socket");

@@ -25,6 +25,7 @@ struct ImuSetup {
 
 struct CameraSetup {
   std::string device;         ///< of Video4Linux; empty: none
+  std::string sensor;     ///< its sub-device with exposure and gain; empty: the device has them itself
   std::string socket;         ///< of a program that sends frames; empty: none
   double rate_hz = 30.0;      ///< images a second
   Duration exposure;          ///< of an image whose source does not tell it

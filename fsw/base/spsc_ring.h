@@ -71,11 +71,17 @@ class SpscRing {
     const T* oldest = front();
     if (oldest == nullptr) return false;
     out = *oldest;
-    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    drop();
     return true;
   }
 
-  /// Consumer. The oldest item where it lies, or null when there is none yet. Valid until the next pop().
+  /// Consumer. Takes the oldest item without a copy, once front() has been looked at. Precondition: there is one.
+  void drop() {
+    PLUMB_ASSERT(size() > 0);
+    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+
+  /// Consumer. The oldest item where it lies, or null when there is none yet. Valid until the next pop() or drop().
   [[nodiscard]] const T* front() const {
     if (size() == 0) return nullptr;
     return &slots_[slot(taken_.load(std::memory_order_relaxed))];

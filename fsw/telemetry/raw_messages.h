@@ -14,10 +14,10 @@ inline constexpr const char* kRawLidarLite = "RAW_LIDAR_LITE";
 inline constexpr const char* kRawCan = "RAW_CAN";
 }  // namespace channel
 
-/// What one read of a serial line returned, or a part of it.
+/// What one read of a serial line returned.
 struct RawBytes {
   Time t;  ///< arrival of the last byte; without bytes: when the line was silent
-  FixedVector<std::uint8_t, 128> bytes;
+  FixedVector<std::uint8_t, 256> bytes;
 };
 
 /// One transfer on an I2C bus, START to STOP.

@@ -48,6 +48,7 @@ struct Arguments {
   std::string parameters;
   std::string out;
   bool no_range = false;
+  bool raw = false;
   bool list_parameters = false;
   FlightOptions flight;
 };
@@ -74,6 +75,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml")
       ->check(named);
   app.add_flag("--no-range", arguments.no_range, "leave the range finder out");
+  app.add_flag("--raw", arguments.raw, "with --log: from the bytes of the devices, through their drivers");
   app.add_flag("--start-from-truth", arguments.flight.start_from_truth,
                "start from the recording's truth at the first image (comparisons only)");
   app.add_flag("--realtime", arguments.flight.realtime, "as fast as it was recorded instead of as fast as possible");
@@ -101,10 +103,14 @@ std::unique_ptr<Source> open_source(const Arguments& arguments) {
   if (arguments.asl.empty() == arguments.log.empty()) {
     throw InputError("expected a recording: either --asl DIR or --log FILE (see --help)");
   }
+  if (arguments.raw && arguments.log.empty()) throw InputError("--raw needs --log");
   if (!arguments.asl.empty()) {
     return open_asl({.folder = arguments.asl, .parameters = arguments.parameters, .use_range = !arguments.no_range});
   }
-  return open_log({.file = arguments.log, .parameters = arguments.parameters, .use_range = !arguments.no_range});
+  return open_log({.file = arguments.log,
+                   .parameters = arguments.parameters,
+                   .use_range = !arguments.no_range,
+                   .from_raw = arguments.raw});
 }
 
 std::string choose_config(const Arguments& arguments, const Session& session) {

@@ -31,6 +31,8 @@ void Recorder::on_input(const Tick& tick) {
   write(channel::kInputFrame, tick.input.t, tick.input);
 }
 
+void Recorder::on_predicted(const PredictedState& state) { write(channel::kNavOutput, state.t, state); }
+
 void Recorder::on_image(const ImageRecord& record) {
   write(channel::kNavState, record.nav.t_image, record.nav);
   write(channel::kTiming, record.nav.t_image, timing_record(record));

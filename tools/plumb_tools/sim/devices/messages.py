@@ -21,7 +21,7 @@ from plumb_tools.sim.devices.stim300_stream import SerialChunk
 
 _TYPE_FOLDER = Path(__file__).resolve().parents[4] / "fsw" / "telemetry"
 _TYPE_FILES = ("input.lcm", "raw.lcm", "session.lcm")
-_SERIAL_CAPACITY = 128
+_SERIAL_CAPACITY = 256
 _TRANSFER_CAPACITY = 8
 
 
