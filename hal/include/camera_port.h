@@ -47,7 +47,7 @@ struct PortFrame {
   std::uint32_t sequence = 0;  ///< of the source; whether it counts images that were lost depends on the source
   bool damaged = false;        ///< the source says that the image is not whole
   bool has_exposure = false;   ///< the source tells the exposure of this very image
-  Exposure exposure;           ///< meaningless without has_exposure
+  Exposure exposure{};         ///< meaningless without has_exposure
 };
 
 struct CameraHealth {

@@ -1,0 +1,47 @@
+#pragma once
+// What the implementations of CameraPort do alike with each frame: judge its stamp and count what is missing.
+
+#include "hal/include/camera_port.h"
+
+namespace plumb {
+
+class FrameStream {
+ public:
+  /// A frame does not wait longer than this between its end and receive(). A stamp beyond it, or in the future, is by
+  /// another clock.
+  static constexpr Duration kOldestStamp = Duration::from_ms(2000);
+
+  /// The next frame is the first of a stream: none can be missing before it.
+  void start() { is_first_ = true; }
+  /// The stream is back after the camera was gone.
+  void restart() {
+    start();
+    ++health_.restarts;
+  }
+  void on_malformed() { ++health_.malformed; }
+  /// Counts the frame, taken at `now`. `on_flight_clock`: the source says that `frame.t` is by the flight clock; where
+  /// that cannot be, `now` takes its place.
+  void on_frame(PortFrame& frame, bool on_flight_clock, Time now) {
+    if (!on_flight_clock || frame.t > now || frame.t < now - kOldestStamp) {
+      frame.t = now;
+      frame.stamp = CameraStamp::kArrival;
+      ++health_.stamps_mended;
+    }
+    const auto step = static_cast<std::int32_t>(frame.sequence - last_sequence_);  // right across the wrap
+    if (!is_first_ && step <= 0) ++health_.out_of_order;
+    if (!is_first_ && step > 1) health_.missed += static_cast<std::uint32_t>(step - 1);
+    is_first_ = false;
+    last_sequence_ = frame.sequence;
+    if (frame.damaged) ++health_.damaged;
+    ++health_.received;
+  }
+
+  const CameraHealth& health() const { return health_; }
+
+ private:
+  CameraHealth health_;
+  std::uint32_t last_sequence_ = 0;
+  bool is_first_ = true;
+};
+
+}  // namespace plumb
