@@ -22,7 +22,7 @@ Recorder::Recorder(const std::filesystem::path& file, const Session& session, co
 }
 
 void Recorder::on_input(const Tick& tick) {
-  if (tick.input.has_camera) {
+  if (tick.input.has_camera && !tick.input.image_skipped) {
     const CameraReference& camera = tick.input.camera;
     const CameraFrame frame{.t_exposure_mid = camera.t_exposure_mid, .sequence = camera.sequence, .image = tick.image};
     const Result<std::size_t> size = encode(frame, image_message_);
