@@ -7,6 +7,7 @@
 
 #include "config/input_error.h"
 #include "config/yaml_file.h"
+#include "drivers/ov7251/sensor.h"
 #include "fsw/base/mission_config.h"
 #include "fsw/vision/tracker_options.h"
 
@@ -92,7 +93,12 @@ class Reader {
   void read_camera_section(const YamlFile& yaml) {
     CameraSetup& camera = setup_.camera;
     steps_([&] { camera.device = yaml.text_or("device", ""); });
-    steps_([&] { camera.sensor = yaml.text_or("sensor", ""); });
+    steps_([&] { camera.subdevice = yaml.text_or("subdevice", ""); });
+    steps_([&] {
+      const std::string model = yaml.text_or("model", "any");
+      camera.is_ov7251 = model == "ov7251";
+      if (!camera.is_ov7251 && model != "any") yaml.fail("model", "expected ov7251 or any, found '" + model + "'");
+    });
     steps_([&] { camera.socket = yaml.text_or("socket", ""); });
     steps_([&] {
       if (camera.device.empty() == camera.socket.empty()) yaml.fail("device", "expected either device or socket");
@@ -159,6 +165,11 @@ class Reader {
   // What each part cannot see by itself.
   void check_whole() {
     const CameraCalibration& camera = setup_.calibration.camera;
+    steps_([&] {
+      if (setup_.camera.is_ov7251 && (camera.width != ov7251::kWidth || camera.height != ov7251::kHeight)) {
+        file_.section("camera").fail("resolution", "expected that of an OV7251, 640 x 480");
+      }
+    });
     steps_([&] {
       if (camera.width > static_cast<std::int32_t>(FlightConfig::kMaxImageWidth) ||
           camera.height > static_cast<std::int32_t>(FlightConfig::kMaxImageHeight)) {

@@ -24,13 +24,16 @@ struct ImuSetup {
 };
 
 struct CameraSetup {
-  std::string device;         ///< of Video4Linux; empty: none
-  std::string sensor;     ///< its sub-device with exposure and gain; empty: the device has them itself
-  std::string socket;         ///< of a program that sends frames; empty: none
-  double rate_hz = 30.0;      ///< images a second
-  Duration exposure;          ///< of an image whose source does not tell it
-  Duration readout;           ///< from the end of exposure to the stamp of an image that is stamped at its end
-  Duration latency;           ///< from the end of readout to this host, for an image that nobody stamped
+  std::string device;     ///< of Video4Linux; empty: none
+  std::string subdevice;  ///< of the sensor, with exposure and gain; empty: the device has them itself
+  std::string socket;     ///< of a program that sends frames; empty: none
+  double rate_hz = 30.0;  ///< images a second
+  /// The sensor is an OV7251, whose driver sets the exposure and knows the readout. Else the camera does as it likes,
+  /// and exposure and readout are what follows.
+  bool is_ov7251 = false;
+  Duration exposure;  ///< of an image whose source does not tell it
+  Duration readout;   ///< from the end of exposure to the stamp of an image that is stamped at its end
+  Duration latency;   ///< from the end of readout to this host, for an image that nobody stamped
 };
 
 struct RangeSetup {

@@ -54,26 +54,47 @@ CameraTask::CameraTask(CameraPort& port, const CameraSetup& setup, const CameraC
       rings_(rings),
       clock_(clock),
       log_(log),
-      message_(kImageHeaderBytes + static_cast<std::size_t>(calibration.width) * calibration.height) {}
+      message_(kImageHeaderBytes + static_cast<std::size_t>(calibration.width) * calibration.height) {
+  if (!setup.is_ov7251) return;
+  ov7251::Options options;
+  options.period = Duration::from_seconds(1.0 / setup.rate_hz);
+  options.arrival_delay = setup.latency;
+  if (setup.exposure > Duration()) {
+    options.auto_exposure = false;
+    options.exposure.time = setup.exposure;
+  }
+  ov7251_.emplace(port, options);
+}
 
 void CameraTask::run_once() {
-  if (!started_) {
-    const CameraMode mode{.width = width_, .height = height_, .period = Duration::from_seconds(1.0 / setup_.rate_hz)};
-    started_ = port_.start(mode).status() != Status::kInvalidValue;
-  }
-  const Result<PortFrame> frame = port_.receive(kReceiveTimeout);
+  if (!started_) started_ = start() != Status::kInvalidValue;  // a camera that is away comes back by itself
+  const Result<CameraFrame> frame = next_frame();
   if (frame) {
     accept(*frame);
-  } else if (frame.status() != Status::kNotReady) {
+  } else if (frame.status() == Status::kRejected && port_.last_error() != 0) {
     clock_.wait_until(clock_.now() + kDevicePause);
   }
 }
 
-void CameraTask::accept(const PortFrame& frame) {
-  if (frame.damaged) {
+Status CameraTask::start() {
+  if (ov7251_) return ov7251_->start();
+  return port_
+      .start({.width = width_, .height = height_, .period = Duration::from_seconds(1.0 / setup_.rate_hz), .trigger = {}})
+      .status();
+}
+
+Result<CameraFrame> CameraTask::next_frame() {
+  if (ov7251_) return ov7251_->poll(clock_.now(), kReceiveTimeout);
+  const Result<PortFrame> frame = port_.receive(kReceiveTimeout);
+  if (!frame) return frame.status();
+  if (frame->damaged) {
     ++counters_.damaged;
-    return;
+    return Status::kNotReady;
   }
+  return CameraFrame{.t_exposure_mid = mid_exposure(*frame), .sequence = frame->sequence, .image = frame->image};
+}
+
+void CameraTask::accept(const CameraFrame& frame) {
   if (frame.image.width != width_ || frame.image.height != height_) {
     ++counters_.wrong_size;
     return;
@@ -83,7 +104,7 @@ void CameraTask::accept(const PortFrame& frame) {
     ++counters_.no_slot;
     return;
   }
-  const StoredImage stored{.reference = {.t_exposure_mid = mid_exposure(frame), .sequence = sequence_++},
+  const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid, .sequence = sequence_++},
                            .slot = slot_,
                            .width = width_,
                            .height = height_};
@@ -95,7 +116,7 @@ void CameraTask::accept(const PortFrame& frame) {
                            .sequence = stored.reference.sequence,
                            .image = stored.view(rings_.pixels[slot_].data())};
   const Result<std::size_t> size = encode(logged, MessageBuffer(message_));
-  static_cast<void>(log_.write(channel::kCamera, frame.t, MessageBytes(message_.data(), size.value())));
+  static_cast<void>(log_.write(channel::kCamera, clock_.now(), MessageBytes(message_.data(), size.value())));
   has_slot_ = !ok(rings_.images.push(stored));
   count(images_);
 }

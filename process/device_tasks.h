@@ -3,11 +3,13 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "config/flight_config.h"
 #include "drivers/can_range/receiver.h"
 #include "drivers/lidar_lite/device.h"
+#include "drivers/ov7251/device.h"
 #include "drivers/stim300/device.h"
 #include "fsw/app/sensor_rings.h"
 #include "hal/include/camera_port.h"
@@ -101,10 +103,13 @@ class CameraTask {
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
 
-  void accept(const PortFrame& frame);
+  Status start();
+  Result<CameraFrame> next_frame();
+  void accept(const CameraFrame& frame);
   Time mid_exposure(const PortFrame& frame) const;
 
   CameraPort& port_;
+  std::optional<ov7251::Device> ov7251_;
   CameraSetup setup_;
   std::int32_t width_;
   std::int32_t height_;

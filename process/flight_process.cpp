@@ -172,7 +172,7 @@ void FlightProcess::Parts::open_devices(std::vector<std::string>& faults) {
   if (setup.camera.socket.empty()) {
     V4l2CameraOptions options;
     options.device = setup.camera.device;
-    options.sensor = setup.camera.sensor;
+    options.sensor = setup.camera.subdevice;
     camera_port = take("camera", V4l2Camera::open(options, error), error);
   } else {
     camera_port = take("camera", FrameSocket::open(setup.camera.socket, error), error);

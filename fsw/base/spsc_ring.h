@@ -71,14 +71,14 @@ class SpscRing {
     const T* oldest = front();
     if (oldest == nullptr) return false;
     out = *oldest;
-    drop();
+    take();
     return true;
   }
 
   /// Consumer. Takes the oldest item without a copy, once front() has been looked at. Precondition: there is one.
   void drop() {
     PLUMB_ASSERT(size() > 0);
-    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    take();
   }
 
   /// Consumer. The oldest item where it lies, or null when there is none yet. Valid until the next pop() or drop().
@@ -98,6 +98,7 @@ class SpscRing {
   [[nodiscard]] std::uint64_t overflows() const { return overflows_.load(std::memory_order_relaxed); }
 
  private:
+  void take() { taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
   static constexpr std::size_t slot(std::uint64_t count) { return static_cast<std::size_t>(count) & (Capacity - 1); }
 
   // The producer's line, the consumer's line and the slots lie apart, so that neither thread's counting takes the line
