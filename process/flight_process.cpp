@@ -1,5 +1,7 @@
 #include "process/flight_process.h"
 
+#include <sys/resource.h>
+
 #include <cstdio>
 #include <atomic>
 #include <optional>
@@ -292,6 +294,10 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   static_cast<unsigned long long>(account.overruns()), static_cast<unsigned long long>(account.slips()));
     summary.lines.emplace_back(line);
   }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);
+  summary.lines.emplace_back(line);
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
     std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,

@@ -15,6 +15,7 @@
 #include "config/flight_config.h"
 #include "fsw/base/assert.h"
 #include "process/flight_process.h"
+#include "process/schedule_page.h"
 
 namespace plumb {
 namespace {
@@ -29,6 +30,7 @@ struct Arguments {
   std::string config;
   std::string log;
   bool dry_run = false;
+  bool schedule = false;
   double duration_s = 0.0;
 };
 
@@ -122,13 +124,19 @@ int main_of(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   Arguments arguments;
   CLI::App app("Flies with the devices of this board until it is told to stop (SIGINT, SIGTERM).", "plumb-fsw");
-  app.add_option("config", arguments.config, "YAML file with devices, calibration and parameters")->required();
+  CLI::Option* config = app.add_option("config", arguments.config, "YAML file with devices, calibration and parameters");
   app.add_option("--log", arguments.log, "LCM event log to write, in place of the configuration's");
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
+  app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(CLI::PositiveNumber);
   try {
     app.parse(argc, argv);
+    if (arguments.schedule) {
+      std::printf("%s", schedule_page().c_str());
+      return 0;
+    }
+    if (config->empty()) throw CLI::RequiredError("config");
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);

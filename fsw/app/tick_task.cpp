@@ -11,7 +11,8 @@ void TickTask::run_once() {
   }
   pacer_.ticked(now);
   dispatcher_.dispatch(
-      tick_++, [this] { return clock_.now(); }, [this](std::size_t job) { run_job(job); }, [](const ScheduleFact&) {});
+      tick_++, [this] { return clock_.now(); }, [this](std::size_t job) { run_job(job); },
+      [this](const ScheduleFact& fact) { tell(fact); });
 }
 
 void TickTask::run_job(std::size_t job) {
@@ -39,11 +40,47 @@ void TickTask::predict() {
 void TickTask::publish() {
   if (gate_.answered()) {
     const NavAnswer& answer = gate_.answer();
-    dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [](const ScheduleFact&) {});
+    dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [this](const ScheduleFact& fact) { tell(fact); });
   }
+  tell_of_gate();
   for (const PredictedState& state : output_.predicted()) {
     publisher_.publish(channel::kNavOutput, state);
     log_.write(channel::kNavOutput, state.t, state);
+  }
+}
+
+void TickTask::tell(const Event& event) {
+  publisher_.publish(channel::kEvents, event);
+  log_.write(channel::kEvents, event.t, event);
+}
+
+void TickTask::tell(const ScheduleFact& fact) {
+  const Job& job = kFlightSchedule[fact.job];
+  const bool overrun = fact.kind == ScheduleFact::Kind::kOverrun;
+  const Duration limit = overrun ? job.budget : kTickPeriod * job.period_ticks;
+  tell({.id = overrun ? EventId::kJobOverrun : EventId::kJobSlip,
+        .t = gate_.frame().t,
+        .arguments = {fact.job, fact.time.ns(), limit.ns(), static_cast<std::int64_t>(fact.suppressed)}});
+}
+
+void TickTask::tell_of_gate() {
+  const InputFrame& frame = gate_.frame();
+  const GateCounters& counters = gate_.counters();
+  const auto tell_some = [&](EventId id, Throttle& throttle, std::int64_t second, std::uint64_t third) {
+    if (!throttle.admit(frame.t)) return;
+    tell({.id = id,
+          .t = frame.t,
+          .arguments = {static_cast<std::int64_t>(frame.tick), second, static_cast<std::int64_t>(third),
+                        static_cast<std::int64_t>(throttle.suppressed())}});
+  };
+  if (frame.handover == Handover::kLate) {
+    tell_some(EventId::kResultLate, late_throttle_, static_cast<std::int64_t>(counters.results_late), 0);
+  }
+  if (frame.image_skipped) {
+    tell_some(EventId::kImageSkipped, skipped_throttle_, frame.camera.sequence, counters.images_skipped);
+  }
+  if (frame.nav_missed) {
+    tell_some(EventId::kNavMissed, missed_throttle_, static_cast<std::int64_t>(counters.nav_missed), 0);
   }
 }
 

@@ -61,6 +61,9 @@ class TickTask {
   void predict();
   void publish();
   void publish_health();
+  void tell(const Event& event);
+  void tell(const ScheduleFact& fact);
+  void tell_of_gate();
 
   SensorRings& rings_;
   Clock& clock_;
@@ -72,6 +75,9 @@ class TickTask {
   Dispatcher<kFlightSchedule> dispatcher_;
   TickPacer pacer_;
   std::uint64_t tick_ = 0;
+  Throttle late_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
+  Throttle skipped_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
+  Throttle missed_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
 };
 
 }  // namespace plumb

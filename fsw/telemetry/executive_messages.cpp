@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "plumb_lcm/plumb/event_t.hpp"
 #include "plumb_lcm/plumb/log_gap_t.hpp"
 #include "plumb_lcm/plumb/schedule_t.hpp"
 
@@ -27,6 +28,15 @@ Result<std::size_t> encode(const LogGap& gap, MessageBuffer buffer) {
   message.time_ns = gap.t.ns();
   copy(gap.queue, message.queue);
   message.records = static_cast<std::int64_t>(gap.records);
+  return write(message, buffer);
+}
+
+Result<std::size_t> encode(const Event& event, MessageBuffer buffer) {
+  event_t message{};
+  message.time_ns = event.t.ns();
+  message.id = static_cast<std::int16_t>(event.id);
+  message.severity = static_cast<std::int8_t>(event.severity);
+  std::copy(event.arguments.begin(), event.arguments.end(), message.arguments);
   return write(message, buffer);
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "fsw/base/fixed_vector.h"
+#include "fsw/events/event.h"
 #include "fsw/schedule/job_account.h"
 #include "fsw/telemetry/messages.h"
 
@@ -14,6 +15,7 @@ namespace channel {
 inline constexpr const char* kConfig = "CONFIG";
 inline constexpr const char* kLogGap = "LOG_GAP";
 inline constexpr const char* kSchedule = "SCHEDULE";
+inline constexpr const char* kEvents = "EVENTS";
 }  // namespace channel
 
 struct LogGap {
@@ -37,6 +39,7 @@ struct ScheduleRecord {
 };
 
 Result<std::size_t> encode(const LogGap& gap, MessageBuffer buffer);
+Result<std::size_t> encode(const Event& event, MessageBuffer buffer);
 Result<std::size_t> encode(const ScheduleRecord& schedule, MessageBuffer buffer);
 
 }  // namespace plumb
