@@ -98,7 +98,7 @@ int fly(FlightProcess& process, double duration_s) {
   const FlightSummary summary = process.stop();
   print(summary);
   if (!started) return kExitFailed;
-  if (!speaks) return kExitSilent;
+  if (!speaks && !stop_is_asked()) return kExitSilent;
   return summary.not_logged == 0 ? 0 : kExitFailed;
 }
 

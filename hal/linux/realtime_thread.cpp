@@ -80,6 +80,7 @@ void RealtimeThread::join() {
 }
 
 std::size_t RealtimeThread::stack_used() const {
+  if (stack_ == nullptr) return 0;
   std::size_t untouched = 0;
   while (untouched < options_.stack_bytes && stack_[untouched] == kPaint) ++untouched;
   return options_.stack_bytes - untouched;
