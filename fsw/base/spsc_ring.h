@@ -61,16 +61,27 @@ class SpscRing {
     return Status::kOk;
   }
 
+  /// Producer. Whether push() would be refused now.
+  [[nodiscard]] bool full() const {
+    return written_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_acquire) == Capacity;
+  }
+
   /// Consumer. Takes the oldest item; false, and `out` untouched, when there is none yet.
   [[nodiscard]] bool pop(T& out) {
     const T* oldest = front();
     if (oldest == nullptr) return false;
     out = *oldest;
-    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    take();
     return true;
   }
 
-  /// Consumer. The oldest item where it lies, or null when there is none yet. Valid until the next pop().
+  /// Consumer. Takes the oldest item without a copy, once front() has been looked at. Precondition: there is one.
+  void drop() {
+    PLUMB_ASSERT(size() > 0);
+    take();
+  }
+
+  /// Consumer. The oldest item where it lies, or null when there is none yet. Valid until the next pop() or drop().
   [[nodiscard]] const T* front() const {
     if (size() == 0) return nullptr;
     return &slots_[slot(taken_.load(std::memory_order_relaxed))];
@@ -87,6 +98,7 @@ class SpscRing {
   [[nodiscard]] std::uint64_t overflows() const { return overflows_.load(std::memory_order_relaxed); }
 
  private:
+  void take() { taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
   static constexpr std::size_t slot(std::uint64_t count) { return static_cast<std::size_t>(count) & (Capacity - 1); }
 
   // The producer's line, the consumer's line and the slots lie apart, so that neither thread's counting takes the line

@@ -6,16 +6,12 @@
 #include "fsw/base/mission_config.h"
 #include "fsw/estimator/estimator_ranges.inl"
 #include "fsw/estimator/estimator_start.inl"
+#include "fsw/estimator/imu_limits.h"
 
 namespace plumb {
 namespace {
 
 constexpr double kKeptImu = kMaxStartWindow_s + 0.5;  // s of samples behind the horizon, for stillness and starting
-
-bool finite(const std::array<double, 3>& v) {
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
-double norm(const std::array<double, 3>& v) { return Vec3(v.data()).norm(); }
 
 }  // namespace
 
@@ -59,10 +55,7 @@ void Estimator<Config>::reset() {
 template <class Config>
 Status Estimator<Config>::add_imu(const ImuSample& sample) {
   ++counters_.imu_samples;
-  const bool sane = finite(sample.gyro_rad_s) && finite(sample.accel_m_s2) &&
-                    norm(sample.gyro_rad_s) <= options_.imu.max_gyro_rad_s &&
-                    norm(sample.accel_m_s2) <= options_.imu.max_accel_m_s2;
-  if (!sane) {
+  if (!is_within_limits(sample, options_.imu)) {
     ++counters_.imu_invalid;
     return Status::kInvalidValue;
   }

@@ -20,9 +20,21 @@ struct CameraReference {
   std::uint32_t sequence = 0;
 };
 
+/// When the newest result of the nav job reaches the output, in this tick. What depends on how fast the machine is
+/// becomes an input here, so that a replay need not be as fast.
+enum class Handover : std::uint8_t {
+  kAtOnce = 0,  ///< in the tick that processes the image: a recording that no executive has flown
+  kHeld,        ///< nothing in this tick: no result, or its logical execution time is not over
+  kReleased,    ///< in this tick, before its samples are used
+  kLate,        ///< the result was due in this tick and was not there; a later tick releases it
+};
+
 struct InputFrame {
   std::uint64_t tick = 0;  ///< counts from 0 at start-up
   Time t;                  ///< end of the tick's interval: every sample here is stamped at or before it
+  Handover handover = Handover::kAtOnce;
+  bool image_skipped = false;  ///< the nav job was busy and another image waited: `camera` is not used
+  bool nav_missed = false;     ///< the queue to the nav job was full: it does not get this frame at all
   FixedVector<ImuSample, kMaxImuPerFrame> imu;
   FixedVector<RangeSample, kMaxRangePerFrame> range;
   FixedVector<DirectionSample, kMaxDirectionPerFrame> direction;

@@ -104,9 +104,14 @@ Status decode(MessageBytes bytes, InputFrame& frame) {
       message.imu_count >= 0 && message.imu_count <= static_cast<std::int32_t>(kMaxImuPerFrame) &&
       message.range_count >= 0 && message.range_count <= static_cast<std::int32_t>(kMaxRangePerFrame) &&
       message.direction_count >= 0 && message.direction_count <= static_cast<std::int32_t>(kMaxDirectionPerFrame);
-  if (!counts_fit || message.tick < 0 || !is_flag(message.has_camera)) return Status::kInvalidValue;
+  const bool flags_fit = is_flag(message.has_camera) && is_flag(message.image_skipped) && is_flag(message.nav_missed) &&
+                         is_enum(message.handover, Handover::kLate);
+  if (!counts_fit || !flags_fit || message.tick < 0) return Status::kInvalidValue;
   frame.tick = static_cast<std::uint64_t>(message.tick);
   frame.t = Time::from_ns(message.time_ns);
+  frame.handover = static_cast<Handover>(message.handover);
+  frame.image_skipped = message.image_skipped == 1;
+  frame.nav_missed = message.nav_missed == 1;
   frame.imu.resize(static_cast<std::size_t>(message.imu_count));
   for (std::size_t i = 0; i < frame.imu.size(); ++i) {
     frame.imu[i].t = Time::from_ns(message.imu[i].time_ns);

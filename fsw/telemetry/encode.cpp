@@ -157,6 +157,9 @@ Result<std::size_t> encode(const InputFrame& frame, MessageBuffer buffer) {
                 "input.lcm has the capacity of InputFrame");
   message.tick = as_signed(frame.tick);
   message.time_ns = frame.t.ns();
+  message.handover = static_cast<std::int8_t>(frame.handover);
+  message.image_skipped = frame.image_skipped ? 1 : 0;
+  message.nav_missed = frame.nav_missed ? 1 : 0;
   message.imu_count = static_cast<std::int32_t>(frame.imu.size());
   for (std::size_t i = 0; i < frame.imu.size(); ++i) {
     message.imu[i].time_ns = frame.imu[i].t.ns();

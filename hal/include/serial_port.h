@@ -22,7 +22,7 @@ class SerialPort {
 
   /// The bytes that are there, at most as many as the buffer holds, waiting for the first of them at most `timeout`;
   /// zero or less does not wait. kNotReady: none came. kRejected: the line is gone or the system failed; last_error()
-  /// has the reason. kInvalidValue: the buffer is empty.
+  /// has the reason, and later calls try to come back by themselves. kInvalidValue: the buffer is empty.
   virtual Result<SerialChunk> read(std::span<std::uint8_t> buffer, Duration timeout) = 0;
   /// Hands all bytes to the system, waiting at most `timeout`; they are on the line some time later. kFull: there was
   /// not room for all of them, and a part may have gone. kRejected: as read().

@@ -40,16 +40,15 @@ bool speed_is(speed_t actual, std::uint32_t wanted) {
 }
 
 // What the terminal does although it was asked for something else; empty when nothing.
-std::string difference(const termios2& actual, const termios2& wanted) {
+const char* difference(const termios2& actual, const termios2& wanted) {
   if (!speed_is(actual.c_ospeed, wanted.c_ospeed) || !speed_is(actual.c_ispeed, wanted.c_ospeed)) {
-    return "the driver took " + std::to_string(actual.c_ospeed) + " bit/s instead of " +
-           std::to_string(wanted.c_ospeed);
+    return "the driver took another speed than asked for";
   }
   constexpr tcflag_t kFormat = CSIZE | PARENB | PARODD | CSTOPB;
   if ((actual.c_cflag & kFormat) != (wanted.c_cflag & kFormat)) {
     return "the driver has another number of data bits, stop bits or parity than asked for";
   }
-  return {};
+  return "";
 }
 
 bool set_low_latency(int file) {
@@ -63,30 +62,61 @@ bool set_low_latency(int file) {
 
 std::unique_ptr<LinuxSerialPort> LinuxSerialPort::open(const std::string& device, const SerialOptions& options,
                                                        std::string& error) {
-  const auto refuse = [&](const std::string& reason) {
-    error = device + ": " + reason;
-    return nullptr;
-  };
-  const int file = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) return refuse(std::string("cannot be opened: ") + std::strerror(errno));
-  std::unique_ptr<LinuxSerialPort> port(new LinuxSerialPort(file));
-  // Two readers would each get a part of the bytes. TIOCEXCL alone does not keep out the superuser.
-  if (flock(file, LOCK_EX | LOCK_NB) != 0) return refuse("is in use by another program");
-  const termios2 wanted = raw_mode(options);
-  termios2 actual{};
-  if (ioctl(file, TIOCEXCL) != 0 || ioctl(file, TCSETS2, &wanted) != 0 || ioctl(file, TCGETS2, &actual) != 0) {
-    return refuse(std::string("cannot be set up as a serial line: ") + std::strerror(errno));
-  }
-  if (const std::string wrong = difference(actual, wanted); !wrong.empty()) return refuse(wrong);
-  port->low_latency_ = set_low_latency(file);
-  if (ioctl(file, TCFLSH, TCIFLUSH) != 0) return refuse(std::string("cannot be emptied: ") + std::strerror(errno));
-  return port;
+  std::unique_ptr<LinuxSerialPort> port(new LinuxSerialPort(device, options));
+  errno = 0;
+  const char* const wrong = port->connect();
+  if (*wrong == '\0') return port;
+  error = device + ": " + wrong;
+  if (errno != 0) error += std::string(": ") + std::strerror(errno);
+  return nullptr;
 }
 
-LinuxSerialPort::~LinuxSerialPort() { close(file_); }
+LinuxSerialPort::~LinuxSerialPort() {
+  if (file_ >= 0) close(file_);
+}
 
+const char* LinuxSerialPort::connect() {
+  file_ = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (file_ < 0) return "cannot be opened";
+  // Two readers would each get a part of the bytes. TIOCEXCL alone does not keep out the superuser.
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    errno = 0;  // "temporarily unavailable" would say less
+    return "is in use by another program";
+  }
+  const termios2 wanted = raw_mode(options_);
+  termios2 actual{};
+  if (ioctl(file_, TIOCEXCL) != 0 || ioctl(file_, TCSETS2, &wanted) != 0 || ioctl(file_, TCGETS2, &actual) != 0) {
+    return "cannot be set up as a serial line";
+  }
+  if (const char* wrong = difference(actual, wanted); *wrong != '\0') return wrong;
+  const int error = errno;
+  low_latency_ = set_low_latency(file_);  // few drivers offer it
+  errno = error;
+  return ioctl(file_, TCFLSH, TCIFLUSH) == 0 ? "" : "cannot be emptied";
+}
+
+bool LinuxSerialPort::come_back() {
+  if (file_ >= 0) return true;
+  const Time now = clock_now();
+  if (now < next_reopen_) return false;
+  next_reopen_ = now + kReopenPeriod;
+  const bool back = *connect() == '\0';
+  if (back) {
+    ++reopens_;
+  } else if (file_ >= 0) {
+    close(file_);
+    file_ = -1;
+  }
+  return back;
+}
+
+// Whatever the system refuses once, a new file may be given: an adapter that was pulled out and put back is another one
+// under the same name.
 Status LinuxSerialPort::failed(int error) {
   last_error_ = error;
+  close(file_);
+  file_ = -1;
+  next_reopen_ = clock_now() + kReopenPeriod;
   return Status::kRejected;
 }
 
@@ -102,6 +132,7 @@ Status LinuxSerialPort::wait(short events, Time deadline) {
 
 Result<SerialChunk> LinuxSerialPort::read(std::span<std::uint8_t> buffer, Duration timeout) {
   if (buffer.empty()) return Status::kInvalidValue;
+  if (!come_back()) return Status::kRejected;
   if (const Status status = wait(POLLIN, clock_now() + timeout); !ok(status)) return status;
   const ssize_t size = ::read(file_, buffer.data(), buffer.size());
   if (size > 0) return SerialChunk{.t = clock_now(), .size = static_cast<std::size_t>(size)};
@@ -111,6 +142,7 @@ Result<SerialChunk> LinuxSerialPort::read(std::span<std::uint8_t> buffer, Durati
 }
 
 Status LinuxSerialPort::write(std::span<const std::uint8_t> bytes, Duration timeout) {
+  if (!come_back()) return Status::kRejected;
   const Time deadline = clock_now() + timeout;
   while (!bytes.empty()) {  // each turn hands over a byte at least, or waits; the deadline ends both
     const ssize_t size = ::write(file_, bytes.data(), bytes.size());

@@ -19,6 +19,9 @@ struct SerialOptions {
 
 class LinuxSerialPort final : public SerialPort {
  public:
+  /// A line that went away is opened again, by the same name, no more often than this.
+  static constexpr Duration kReopenPeriod = Duration::from_ms(100);
+
   /// Opens the device for this process alone and sets it to raw bytes of 8 bits. What the system then says is set is
   /// compared with what was asked: some drivers silently take another speed. Bytes that had come in before are dropped.
   /// Null, and the reason in `error`, when the device is not there, taken, no terminal, or cannot do it.
@@ -34,14 +37,23 @@ class LinuxSerialPort final : public SerialPort {
 
   /// Whether the driver hands bytes over as they come. Without it a USB adapter may hold them for 16 ms.
   bool low_latency() const { return low_latency_; }
+  /// How often the line was there again after it had gone.
+  std::uint32_t reopens() const { return reopens_; }
 
  private:
-  explicit LinuxSerialPort(int file) : file_(file) {}
+  LinuxSerialPort(std::string device, const SerialOptions& options) : device_(std::move(device)), options_(options) {}
+  /// Empty, or what is wrong with the line; in a text that lasts.
+  const char* connect();
+  bool come_back();
   /// Waits for one of the poll(2) `events`: kOk, kNotReady after the deadline, or kRejected.
   Status wait(short events, Time deadline);
   Status failed(int error);
 
-  int file_;
+  std::string device_;
+  SerialOptions options_;
+  int file_ = -1;  ///< -1: the line is gone
+  Time next_reopen_;
+  std::uint32_t reopens_ = 0;
   int last_error_ = 0;
   bool low_latency_ = false;
 };

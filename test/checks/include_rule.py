@@ -78,12 +78,16 @@ RULES = {
     "hal/include": Rule(("fsw/base", "fsw/measurement")),
     # What is below the ports: the operating system, or a log.
     "hal": Rule(("fsw/base", "fsw/measurement", "fsw/telemetry", "hal"), any_system_header=True, flight=False),
-    "test": Rule(("fsw", "drivers", "hal", "tools", "test"), any_system_header=True, flight=False),
-    "tools": Rule(("fsw", "drivers", "hal", "tools"), any_system_header=True, flight=False),
+    # Read before the flight begins: files, and what is wrong with them.
+    "config": Rule(("fsw", "drivers", "hal", "config"), any_system_header=True, flight=False),
+    # The process around the flight software: threads, devices, files, signals.
+    "process": Rule(("fsw", "drivers", "hal", "config", "process"), any_system_header=True, flight=False),
+    "test": Rule(("fsw", "drivers", "hal", "config", "process", "tools", "test"), any_system_header=True, flight=False),
+    "tools": Rule(("fsw", "drivers", "hal", "config", "tools"), any_system_header=True, flight=False),
 }
 
 # The types that lcm-gen makes have no folder in the source tree.
-GENERATED = {"plumb_lcm/": ("fsw/telemetry", "fsw/app", "hal", "test", "tools")}
+GENERATED = {"plumb_lcm/": ("fsw/telemetry", "fsw/app", "hal", "process", "test", "tools")}
 
 BANNED_WORDS = {
     "throw": "flight code is built without exceptions; return a Status",

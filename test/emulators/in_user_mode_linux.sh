@@ -38,6 +38,7 @@ mount -t proc proc /proc
 mount -t sysfs sys /sys
 mount -t tmpfs tmp /tmp
 mount -t tmpfs run /run
+mkdir -p /dev/pts && mount -t devpts -o ptmxmode=666 pts /dev/pts  # for pseudo-terminals
 modules=/usr/lib/uml/modules/$(uname -r)/kernel
 # By path and in order: modprobe looks where the host's modules are.
 for module in drivers/net/can/dev/can-dev net/can/can net/can/can-raw drivers/net/can/vcan fs/fuse/fuse fs/fuse/cuse; do

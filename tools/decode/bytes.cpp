@@ -6,13 +6,13 @@
 #include <cstring>
 #include <memory>
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::decode {
 
 std::vector<std::uint8_t> read_bytes(const std::string& file) {
   const auto fail = [&file](const std::string& problem) {
-    throw replay::InputError(file + ": " + problem + ": " + std::strerror(errno));
+    throw InputError(file + ": " + problem + ": " + std::strerror(errno));
   };
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> opened(nullptr, std::fclose);
   std::FILE* stream = stdin;

@@ -7,7 +7,7 @@
 
 namespace plumb::decode {
 
-/// All bytes of a file, or of standard input for "-". Throws replay::InputError.
+/// All bytes of a file, or of standard input for "-". Throws InputError.
 std::vector<std::uint8_t> read_bytes(const std::string& file);
 
 }  // namespace plumb::decode

@@ -14,7 +14,7 @@ class Command {
   virtual const char* description() const = 0;
   /// Declares its options, which run() finds parsed.
   virtual void declare(CLI::App& app) = 0;
-  /// Measurements to standard output as CSV, then one line of counts to standard error. Throws replay::InputError for
+  /// Measurements to standard output as CSV, then one line of counts to standard error. Throws InputError for
   /// what is wrong with the input.
   virtual void run() = 0;
 };

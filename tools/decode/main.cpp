@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
+#include "config/input_error.h"
 #include "fsw/base/assert.h"
 #include "tools/decode/command.h"
-#include "tools/replay/input_error.h"
 
 namespace plumb::decode {
 namespace {
@@ -42,7 +42,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "plumb-decode: %s\n", error.what());
     return kExitBadInput;
-  } catch (const replay::InputError& error) {
+  } catch (const InputError& error) {
     std::fprintf(stderr, "plumb-decode: %s\n", error.what());
     return kExitBadInput;
   } catch (const std::exception& error) {

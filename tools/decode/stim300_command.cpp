@@ -8,17 +8,16 @@
 #include <optional>
 #include <string>
 
+#include "config/input_error.h"
 #include "drivers/stim300/configuration.h"
 #include "drivers/stim300/datagram.h"
 #include "drivers/stim300/framer.h"
 #include "tools/decode/bytes.h"
-#include "tools/replay/input_error.h"
 
 namespace plumb::decode {
 namespace {
 
 using namespace stim300;
-using replay::InputError;
 
 constexpr double kCelsiusPerCount = 1.0 / 256.0;
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "tools/replay/calibration_reader.h"
+#include "config/calibration_reader.h"
+#include "config/input_error.h"
 #include "tools/replay/csv.h"
 #include "tools/replay/frame_assembler.h"
-#include "tools/replay/input_error.h"
 #include "tools/replay/png_image.h"
 
 namespace plumb::replay {

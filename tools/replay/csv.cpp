@@ -3,7 +3,7 @@
 #include <charconv>
 #include <utility>
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::replay {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <thread>
 
+#include "config/input_error.h"
 #include "fsw/base/hash.h"
 #include "fsw/vision/flight_tracker.h"
 #include "tools/replay/heap_counter.h"
-#include "tools/replay/input_error.h"
 #include "tools/replay/stage_meter.h"
 
 namespace plumb::replay {
@@ -54,7 +54,7 @@ class Flight {
     for (const PredictedState& state : done.predicted) {
       for (FlightListener* listener : listeners) listener->on_predicted(state);
     }
-    if (done.image_processed) finish_image(done, cost, listeners);
+    if (done.image.processed) finish_image(cost, listeners);
     if (tick.input.t >= t_next_health_) {
       t_next_health_ = tick.input.t + kHealthPeriod;
       for (FlightListener* listener : listeners) listener->on_health(system_.health());
@@ -99,15 +99,8 @@ class Flight {
     return system.emplace(session.calibration, session.parameters, tracker, &meter);
   }
 
-  void finish_image(const NavTick& done, const StageCost& cost, const std::vector<FlightListener*>& listeners) {
-    const ImageRecord record{.nav = {.state = system_.estimator().state(),
-                                     .report = system_.estimator().report(),
-                                     .t_image = done.t_image,
-                                     .sequence = done.image_sequence,
-                                     .state_hash = system_.estimator().state_hash()},
-                             .features = seen_features(),
-                             .meter = meter_,
-                             .step = cost};
+  void finish_image(const StageCost& cost, const std::vector<FlightListener*>& listeners) {
+    const ImageRecord record{.nav = system_.job().record(), .features = seen_features(), .meter = meter_, .step = cost};
     ++totals_.images_processed;
     if (record.nav.state.valid) {
       ++totals_.images_valid;
@@ -125,7 +118,7 @@ class Flight {
   std::vector<SeenFeature> seen_features() const {
     const auto& in_state = system_.estimator().slam_features();
     std::vector<SeenFeature> features;
-    for (const FeatureObservation& seen : system_.features().observations) {
+    for (const FeatureObservation& seen : system_.job().features().observations) {
       const bool slam = std::any_of(in_state.begin(), in_state.end(),
                                     [&seen](const SlamFeature& feature) { return feature.track_id == seen.track_id; });
       features.push_back({.track_id = seen.track_id, .u_px = seen.u_px, .v_px = seen.v_px, .slam = slam});

@@ -1,6 +1,6 @@
 #include "tools/replay/live_telemetry.h"
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::replay {
 namespace {

@@ -1,12 +1,19 @@
 #include "tools/replay/log_reader.h"
 
+#include <algorithm>
+#include <deque>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "config/calibration_reader.h"
+#include "config/flight_config.h"
+#include "config/input_error.h"
+#include "fsw/telemetry/executive_messages.h"
 #include "fsw/telemetry/messages.h"
 #include "hal/linux/lcm_log.h"
-#include "tools/replay/calibration_reader.h"
-#include "tools/replay/input_error.h"
+#include "plumb_lcm/plumb/config_t.hpp"
+#include "tools/replay/raw_samples.h"
 
 namespace plumb::replay {
 namespace {
@@ -18,6 +25,7 @@ class LogSource final : public Source {
     survey();
     if (!use_range_) session_.parameters.estimator.range.enabled = false;
     session_.inputs.push_back(file_);
+    if (options.from_raw) raw_.emplace(configuration());
     if (!options.parameters.empty()) {
       session_.inputs.push_back(options.parameters);
       read_parameters(options.parameters, session_.parameters);
@@ -30,11 +38,16 @@ class LogSource final : public Source {
   bool next(Tick& tick) override {
     while (next_event()) {
       if (event_.channel == channel::kCamera) keep_image();
+      if (raw_ && !raw_->take(event_.channel, event_.message))
+        fail("channel " + event_.channel + ": not a valid message");
       if (event_.channel != channel::kInputFrame) continue;
       read_input(tick.input);
+      if (raw_) {
+        if (const std::string fault = raw_->replace_samples(tick.input); !fault.empty()) fail(fault);
+      }
       if (!use_range_) tick.input.range.clear();
       tick.image = {};
-      if (tick.input.has_camera) tick.image = image_of(tick.input);
+      if (tick.input.has_camera && !tick.input.image_skipped) tick.image = image_of(tick.input);
       return true;
     }
     return false;
@@ -75,13 +88,33 @@ class LogSource final : public Source {
         session_.truth.push_back(truth);
       } else if (name == channel::kNavState) {
         read_hash();
+      } else if (name == channel::kConfig) {
+        config_.assign(event_.message.begin(), event_.message.end());
+      } else if (name == channel::kLogGap) {
+        ++gaps_;
       } else if (name == channel::kInputFrame) {
         if (!calibrated || !parameterised) fail("expected CALIBRATION and PARAMS before the first INPUT_FRAME");
         count_input();
       }
     }
     if (session_.images == 0)
-      fail("holds no INPUT_FRAME with an image; expected a log written by plumb-replay --record");
+      fail("holds no INPUT_FRAME with an image; expected a log written by plumb-fsw or plumb-replay --record");
+    if (gaps_ > 0) {
+      session_.warnings.push_back(file_.string() + ": has " + std::to_string(gaps_) +
+                                  " gaps: the disk was too slow for the flight, and records are missing");
+    }
+  }
+
+  FlightSetup configuration() const {
+    config_t config;
+    if (config_.empty() || config.decode(config_.data(), 0, static_cast<int>(config_.size())) < 0) {
+      fail("--raw: channel CONFIG: not there, or not a config_t; expected a log written by plumb-fsw");
+    }
+    std::vector<std::string> faults;
+    const std::string text(config.text.begin(), config.text.end());
+    const FlightSetup setup = read_flight_config(file_.string() + " channel CONFIG", text, faults);
+    if (!faults.empty()) throw InputError(faults.front());
+    return setup;
   }
 
   void count_input() {
@@ -121,22 +154,28 @@ class LogSource final : public Source {
   }
 
   void keep_image() {
-    image_message_.assign(event_.message.begin(), event_.message.end());
-    if (!ok(decode(image_message_, image_))) fail("channel CAMERA: not a valid image_t");
+    KeptImage& kept = images_.emplace_back();
+    kept.message.assign(event_.message.begin(), event_.message.end());
+    if (!ok(decode(kept.message, kept.frame))) fail("channel CAMERA: not a valid image_t");
+    if (images_.size() > kKeptImages) images_.pop_front();
   }
 
   ImageView image_of(const InputFrame& input) const {
     const std::string name = "image " + std::to_string(input.camera.sequence);
-    if (image_message_.empty() || image_.sequence != input.camera.sequence) {
+    const auto kept = std::find_if(images_.begin(), images_.end(), [&input](const KeptImage& candidate) {
+      return candidate.frame.sequence == input.camera.sequence;
+    });
+    if (kept == images_.end()) {
       fail("channel CAMERA: " + name + " is not before the INPUT_FRAME that refers to it");
     }
     const CameraCalibration& camera = session_.calibration.camera;
-    if (image_.image.width != camera.width || image_.image.height != camera.height) {
-      fail("channel CAMERA: " + name + " is " + std::to_string(image_.image.width) + " x " +
-           std::to_string(image_.image.height) + " px; expected the resolution of CALIBRATION, " +
-           std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const ImageView& image = kept->frame.image;
+    if (image.width != camera.width || image.height != camera.height) {
+      fail("channel CAMERA: " + name + " is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+           " px; expected the resolution of CALIBRATION, " + std::to_string(camera.width) + " x " +
+           std::to_string(camera.height));
     }
-    return image_.image;
+    return image;
   }
 
   [[noreturn]] void fail(const std::string& message) const {
@@ -149,8 +188,16 @@ class LogSource final : public Source {
   std::unique_ptr<LcmLogReader> reader_;
   LogEvent event_;
   Time t_last_tick_ = Time::never();
-  std::vector<std::uint8_t> image_message_;
-  CameraFrame image_;
+  /// Live, a few images are on their way to the nav job at once.
+  static constexpr std::size_t kKeptImages = 16;
+  struct KeptImage {
+    std::vector<std::uint8_t> message;
+    CameraFrame frame;  ///< its pixels are in `message`
+  };
+  std::deque<KeptImage> images_;
+  std::vector<std::uint8_t> config_;
+  std::uint64_t gaps_ = 0;
+  std::optional<RawSamples> raw_;
 };
 
 }  // namespace

@@ -14,6 +14,7 @@ struct LogOptions {
   std::filesystem::path file;
   std::filesystem::path parameters;  ///< explicit parameter file, empty for none; wins over those of the log
   bool use_range = true;
+  bool from_raw = false;  ///< samples from the bytes of the devices, through the drivers, instead of the input frames'
 };
 
 /// Throws InputError naming the file, the channel and what was expected.

@@ -10,11 +10,11 @@
 #include <optional>
 #include <string>
 
+#include "config/input_error.h"
 #include "fsw/base/assert.h"
 #include "tools/replay/asl_reader.h"
 #include "tools/replay/flight.h"
 #include "tools/replay/hash_check.h"
-#include "tools/replay/input_error.h"
 #include "tools/replay/live_telemetry.h"
 #include "tools/replay/log_reader.h"
 #include "tools/replay/outputs.h"
@@ -47,6 +47,7 @@ struct Arguments {
   std::string parameters;
   std::string out;
   bool no_range = false;
+  bool raw = false;
   bool list_parameters = false;
   FlightOptions flight;
 };
@@ -73,6 +74,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("--params", arguments.parameters, "YAML file of parameters; wins over the recording's sensor.yaml")
       ->check(named);
   app.add_flag("--no-range", arguments.no_range, "leave the range finder out");
+  app.add_flag("--raw", arguments.raw, "with --log: from the bytes of the devices, through their drivers");
   app.add_flag("--start-from-truth", arguments.flight.start_from_truth,
                "start from the recording's truth at the first image (comparisons only)");
   app.add_flag("--realtime", arguments.flight.realtime, "as fast as it was recorded instead of as fast as possible");
@@ -100,10 +102,14 @@ std::unique_ptr<Source> open_source(const Arguments& arguments) {
   if (arguments.asl.empty() == arguments.log.empty()) {
     throw InputError("expected a recording: either --asl DIR or --log FILE (see --help)");
   }
+  if (arguments.raw && arguments.log.empty()) throw InputError("--raw needs --log");
   if (!arguments.asl.empty()) {
     return open_asl({.folder = arguments.asl, .parameters = arguments.parameters, .use_range = !arguments.no_range});
   }
-  return open_log({.file = arguments.log, .parameters = arguments.parameters, .use_range = !arguments.no_range});
+  return open_log({.file = arguments.log,
+                   .parameters = arguments.parameters,
+                   .use_range = !arguments.no_range,
+                   .from_raw = arguments.raw});
 }
 
 std::string choose_config(const Arguments& arguments, const Session& session) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::replay {
 namespace {

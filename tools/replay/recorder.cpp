@@ -1,6 +1,6 @@
 #include "tools/replay/recorder.h"
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::replay {
 
@@ -22,7 +22,7 @@ Recorder::Recorder(const std::filesystem::path& file, const Session& session, co
 }
 
 void Recorder::on_input(const Tick& tick) {
-  if (tick.input.has_camera) {
+  if (tick.input.has_camera && !tick.input.image_skipped) {
     const CameraReference& camera = tick.input.camera;
     const CameraFrame frame{.t_exposure_mid = camera.t_exposure_mid, .sequence = camera.sequence, .image = tick.image};
     const Result<std::size_t> size = encode(frame, image_message_);
@@ -30,6 +30,8 @@ void Recorder::on_input(const Tick& tick) {
   }
   write(channel::kInputFrame, tick.input.t, tick.input);
 }
+
+void Recorder::on_predicted(const PredictedState& state) { write(channel::kNavOutput, state.t, state); }
 
 void Recorder::on_image(const ImageRecord& record) {
   write(channel::kNavState, record.nav.t_image, record.nav);

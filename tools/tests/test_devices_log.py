@@ -74,7 +74,7 @@ def test_serial_bytes_are_whole_in_the_log(flight: MadeUpFlight, tmp_path: Path)
     write_log(flight, path)
     chunks = decoded(path, "RAW_STIM300", "raw_bytes_t")
     assert [chunk.bytes[0] for chunk in chunks[:4]] == [0xB1, 0xB5, 0xBC, 0x91]
-    assert all(len(chunk.bytes) == 128 and not any(chunk.bytes[chunk.size :]) for chunk in chunks)
+    assert all(len(chunk.bytes) == 256 and not any(chunk.bytes[chunk.size :]) for chunk in chunks)
     samples = chunks[-len(flight.imu_t_ns) :]
     wire_and_latency_ns = round(28 * 10 * 1e9 / 921600) + 506_000
     assert [chunk.time_ns - wire_and_latency_ns for chunk in samples] == flight.imu_t_ns.tolist()

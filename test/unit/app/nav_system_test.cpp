@@ -88,9 +88,9 @@ TEST_F(NavSystemTest, ProcessesAnImageOnceTheImuReachesIt) {
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
   const NavTick& done = system_->step(input, &image_);
-  EXPECT_TRUE(done.image_processed);
-  EXPECT_EQ(done.t_image, Time::from_ns(20'000'000));
-  EXPECT_EQ(done.image_sequence, 1U);
+  EXPECT_TRUE(done.image.processed);
+  EXPECT_EQ(done.image.t, Time::from_ns(20'000'000));
+  EXPECT_EQ(done.image.sequence, 1U);
   EXPECT_EQ(tracker_.sequences, std::vector<std::uint32_t>{1});
   ASSERT_FALSE(observer_.entered.empty());
   EXPECT_EQ(observer_.entered.front(), Stage::kFrontEnd);
@@ -101,9 +101,9 @@ TEST_F(NavSystemTest, AWaitingImageIsKeptWhenItsBufferIsReused) {
   pixels_[47 * kStride + 63] = 12;
   InputFrame input = tick(5, 15'000'000);
   add_camera(input, 19'000'000, 1);
-  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  EXPECT_FALSE(system_->step(input, &image_).image.processed);
   std::fill(pixels_.begin(), pixels_.end(), std::uint8_t{99});
-  EXPECT_TRUE(system_->step(tick(6, 20'000'000), nullptr).image_processed);
+  EXPECT_TRUE(system_->step(tick(6, 20'000'000), nullptr).image.processed);
   EXPECT_EQ(tracker_.first_pixels, std::vector<std::uint8_t>{11});
   EXPECT_EQ(tracker_.last_pixels, std::vector<std::uint8_t>{12});
 }
@@ -115,8 +115,8 @@ TEST_F(NavSystemTest, AnImageThatComesWhileOneWaitsIsSkippedAndCounted) {
   InputFrame second = tick(6, 15'000'000);
   add_camera(second, 23'000'000, 2);
   system_->step(second, &image_);
-  EXPECT_TRUE(system_->step(tick(7, 25'000'000), nullptr).image_processed);
-  EXPECT_FALSE(system_->step(tick(8, 30'000'000), nullptr).image_processed);
+  EXPECT_TRUE(system_->step(tick(7, 25'000'000), nullptr).image.processed);
+  EXPECT_FALSE(system_->step(tick(8, 30'000'000), nullptr).image.processed);
   EXPECT_EQ(tracker_.sequences, std::vector<std::uint32_t>{1});
   EXPECT_EQ(system_->counters().frames, 2U);
   EXPECT_EQ(system_->counters().frames_skipped, 1U);
@@ -128,8 +128,8 @@ TEST_F(NavSystemTest, BothImagesOfATickThatEndsAWaitAreUsedOneTickApart) {
   system_->step(input, &image_);
   InputFrame second = tick(7, 25'000'000);
   add_camera(second, 23'000'000, 2);
-  EXPECT_EQ(system_->step(second, &image_).image_sequence, 1U);
-  EXPECT_EQ(system_->step(tick(8, 25'000'000), nullptr).image_sequence, 2U);
+  EXPECT_EQ(system_->step(second, &image_).image.sequence, 1U);
+  EXPECT_EQ(system_->step(tick(8, 25'000'000), nullptr).image.sequence, 2U);
   EXPECT_EQ(system_->counters().frames_skipped, 0U);
 }
 
@@ -143,12 +143,12 @@ TEST_F(NavSystemTest, RefusesImagesThatAreNone) {
     ++number;
     InputFrame input = tick(number, number * kTick_ns);
     add_camera(input, number * kTick_ns, static_cast<std::uint32_t>(number));
-    EXPECT_FALSE(system_->step(input, &image).image_processed);
+    EXPECT_FALSE(system_->step(input, &image).image.processed);
   }
   ++number;
   InputFrame input = tick(number, number * kTick_ns);
   add_camera(input, number * kTick_ns, 1);
-  EXPECT_FALSE(system_->step(input, nullptr).image_processed);
+  EXPECT_FALSE(system_->step(input, nullptr).image.processed);
   EXPECT_EQ(system_->counters().frames_refused, 5U);
   EXPECT_TRUE(tracker_.sequences.empty());
 }
@@ -157,7 +157,7 @@ TEST_F(NavSystemTest, AnImageTheTrackerRefusesGoesNoFurther) {
   tracker_.answer = Status::kInvalidValue;
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
-  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  EXPECT_FALSE(system_->step(input, &image_).image.processed);
   EXPECT_EQ(system_->counters().frames_refused, 1U);
   EXPECT_EQ(system_->estimator().counters().frames, 0U);
 }
@@ -173,14 +173,14 @@ TEST_F(NavSystemTest, RefusesWhatIsStampedAfterItsTick) {
   ASSERT_EQ(input.range.push_back({.t = wrong.t, .range_m = 3.0, .quality = RangeQuality::kValid}), Status::kOk);
   add_camera(input, 24'000'001, 1);
   const EstimatorCounters before = system_->estimator().counters();
-  EXPECT_FALSE(system_->step(input, &image_).image_processed);
+  EXPECT_FALSE(system_->step(input, &image_).image.processed);
   EXPECT_EQ(system_->counters().samples_ahead, 2U);
   EXPECT_EQ(system_->counters().frames_refused, 1U);
   EXPECT_EQ(system_->estimator().counters().imu_samples, before.imu_samples + good);
   EXPECT_EQ(system_->estimator().counters().ranges, before.ranges);
   InputFrame next = tick(7, 28'000'000);
   add_camera(next, 24'500'000, 2);
-  EXPECT_TRUE(system_->step(next, &image_).image_processed);
+  EXPECT_TRUE(system_->step(next, &image_).image.processed);
 }
 
 TEST_F(NavSystemTest, ACameraThatCountsFromTheStartAgainIsNotTakenForOldImages) {
@@ -188,8 +188,8 @@ TEST_F(NavSystemTest, ACameraThatCountsFromTheStartAgainIsNotTakenForOldImages) 
     const std::int64_t number = 5 * (image + 1);
     InputFrame input = tick(number, number * kTick_ns);
     add_camera(input, number * kTick_ns, 0);
-    EXPECT_TRUE(system_->step(input, &image_).image_processed);
-    EXPECT_EQ(system_->features().sequence, image);
+    EXPECT_TRUE(system_->step(input, &image_).image.processed);
+    EXPECT_EQ(system_->job().features().sequence, image);
   }
 }
 
@@ -224,6 +224,47 @@ TEST_F(NavSystemTest, PredictsOneStatePerImuSampleOnceThereIsAState) {
   ASSERT_EQ(done.predicted.size(), 2U);
   EXPECT_EQ(done.predicted[0].t, Time::from_ns(25'000'000));
   EXPECT_EQ(done.predicted[1].t, Time::from_ns(30'000'000));
+}
+
+// The tick in which a result is handed over decides what the output is from there on, and nothing of the estimate.
+TEST_F(NavSystemTest, HandsAResultOverInTheTickThatTheFrameSays) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  input.handover = Handover::kHeld;
+  EXPECT_TRUE(system_->step(input, &image_).image.processed);
+  for (std::int64_t number = 6; number < 9; ++number) {
+    input = tick(number, number * kTick_ns);
+    input.handover = number == 8 ? Handover::kLate : Handover::kHeld;
+    EXPECT_TRUE(system_->step(input, nullptr).predicted.empty());
+  }
+  EXPECT_EQ(system_->predictor().counters().corrections, 0U);
+  input = tick(9, 36'000'000);
+  input.handover = Handover::kReleased;
+  EXPECT_EQ(system_->step(input, nullptr).predicted.size(), 1U) << "the tick's own sample is carried on already";
+  EXPECT_EQ(system_->predictor().counters().corrections, 1U);
+}
+
+TEST_F(NavSystemTest, AFrameThatTheNavJobNeverGotStillCarriesTheOutputOn) {
+  InputFrame input = tick(5, 20'000'000);
+  system_->step(input, nullptr);
+  const std::uint64_t samples = system_->estimator().counters().imu_samples;
+  input = tick(6, 24'000'000);
+  input.nav_missed = true;
+  system_->step(input, nullptr);
+  EXPECT_EQ(system_->estimator().counters().imu_samples, samples);
+}
+
+TEST_F(NavSystemTest, AnImageThatWasSkippedInFlightIsSkippedAgain) {
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  input.image_skipped = true;
+  EXPECT_FALSE(system_->step(input, &image_).image.processed);
+  EXPECT_EQ(system_->counters().frames_skipped, 1U);
+  EXPECT_TRUE(tracker_.sequences.empty());
 }
 
 TEST_F(NavSystemTest, NeverTouchesTheHeap) {

@@ -6,11 +6,13 @@
 
 #include <array>
 #include <cerrno>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "hal/linux/monotonic_clock.h"
 #include "test/emulators/pseudo_terminal.h"
+#include "test/support/temporary_folder.h"
 
 namespace plumb::test {
 namespace {
@@ -108,7 +110,36 @@ TEST(LinuxSerialPort, ReportsALineThatIsGone) {
   EXPECT_EQ(port->read(buffer, kSoon).status(), Status::kRejected);
   EXPECT_NE(port->last_error(), 0);
   EXPECT_EQ(port->write(Bytes{1}, kSoon), Status::kRejected);
-  EXPECT_EQ(port->last_error(), EIO);
+  EXPECT_NE(port->last_error(), 0);
+}
+
+// As a USB adapter that is pulled out and put back: another line under the same name, which udev makes a link.
+TEST(LinuxSerialPort, ComesBackWhenTheLineIsThereAgain) {
+  const TemporaryFolder folder;
+  const std::filesystem::path name = folder.path() / "imu";
+  std::array<std::uint8_t, 10> buffer{};
+  std::string error;
+  std::unique_ptr<LinuxSerialPort> port;
+  {
+    const PseudoTerminal line;
+    std::filesystem::create_symlink(line.device(), name);
+    port = LinuxSerialPort::open(name, {.baud = 460800}, error);
+    ASSERT_NE(port, nullptr) << error;
+  }
+  EXPECT_EQ(port->read(buffer, kSoon).status(), Status::kRejected);
+  EXPECT_EQ(port->read(buffer, kSoon).status(), Status::kRejected) << "not again at once";
+  PseudoTerminal again;
+  std::filesystem::remove(name);
+  std::filesystem::create_symlink(again.device(), name);
+  const Time end = clock_now() + kSoon;
+  while (port->read(buffer, Duration()).status() == Status::kRejected && clock_now() < end) {
+    wait_for(-1, 0, Duration::from_ms(5));
+  }
+  EXPECT_EQ(port->reopens(), 1U);
+  EXPECT_EQ(again.baud(), 460800U);
+  ASSERT_TRUE(again.write(Bytes{9}));
+  ASSERT_TRUE(port->read(buffer, kSoon));
+  EXPECT_EQ(buffer[0], 9);
 }
 
 TEST(LinuxSerialPort, RefusesWhatIsNoSerialLine) {

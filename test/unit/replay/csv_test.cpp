@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "config/input_error.h"
 #include "test/support/temporary_folder.h"
-#include "tools/replay/input_error.h"
 
 namespace plumb::replay {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "config/input_error.h"
 #include "test/support/temporary_folder.h"
-#include "tools/replay/input_error.h"
 
 namespace plumb::replay {
 namespace {

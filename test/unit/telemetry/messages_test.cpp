@@ -140,6 +140,9 @@ TEST(Messages, InputFrameComesBackBitByBit) {
   EXPECT_EQ(back.direction[0].seen_I, sent.direction[0].seen_I);
   EXPECT_EQ(back.direction[0].known_W, sent.direction[0].known_W);
   EXPECT_TRUE(back.has_camera);
+  EXPECT_EQ(back.handover, Handover::kReleased);
+  EXPECT_TRUE(back.image_skipped);
+  EXPECT_TRUE(back.nav_missed);
   EXPECT_EQ(back.camera.t_exposure_mid, sent.camera.t_exposure_mid);
   EXPECT_EQ(back.camera.sequence, sent.camera.sequence);
 }
@@ -264,6 +267,9 @@ TEST(Messages, CountsOutOfRangeAreRefused) {
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.direction[0].source = 1;
   message.has_camera = 2;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.has_camera = 1;
+  message.handover = 4;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
 }
 

@@ -60,6 +60,9 @@ inline InputFrame sample_input() {
                                                .seen_I = {0.1, 0.2, 0.3},
                                                .known_W = {0.4, 0.5, 0.6}}));
   frame.has_camera = true;
+  frame.handover = Handover::kReleased;
+  frame.image_skipped = true;
+  frame.nav_missed = true;
   frame.camera = {.t_exposure_mid = Time::from_ns(3'999'999), .sequence = 42};
   return frame;
 }

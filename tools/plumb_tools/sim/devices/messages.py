@@ -20,8 +20,8 @@ from plumb_tools.sim.devices.lidar_lite import ADDRESS, I2cTransfer
 from plumb_tools.sim.devices.stim300_stream import SerialChunk
 
 _TYPE_FOLDER = Path(__file__).resolve().parents[4] / "fsw" / "telemetry"
-_TYPE_FILES = ("input.lcm", "raw.lcm", "session.lcm")
-_SERIAL_CAPACITY = 128
+_TYPE_FILES = ("input.lcm", "navigation.lcm", "raw.lcm", "session.lcm")
+_SERIAL_CAPACITY = 256
 _TRANSFER_CAPACITY = 8
 
 

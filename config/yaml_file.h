@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <set>
@@ -12,19 +13,26 @@
 #include <string_view>
 #include <vector>
 
-namespace plumb::replay {
+namespace plumb {
 
 class YamlFile {
  public:
   /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map.
   explicit YamlFile(std::filesystem::path file);
+  /// The same for the text of a file that was read before; `name` is what messages call it.
+  YamlFile(const std::string& name, const std::string& text);
 
+  /// The map under a key of this one, as a file of its own: its keys are named from there, its faults in full.
+  YamlFile section(const std::string& key) const;
+  bool has(const std::string& key) const { return find(key).has_value(); }
   double number(const std::string& key) const;
   std::optional<double> optional_number(const std::string& key) const;
   std::string text(const std::string& key) const;
+  std::string text_or(const std::string& key, const std::string& value) const { return has(key) ? text(key) : value; }
   /// A list of `count` finite numbers; any length when count is 0. `key` may be a path with dots ("T_BS.data").
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   const YAML::Node& root() const { return root_; }
+  std::string name() const { return file_.string(); }
   /// One sentence for each key of the outermost map that nobody asked for and that is not among `ignored`.
   std::vector<std::string> unused_keys(std::initializer_list<std::string_view> ignored) const;
   /// "FILE line N: key 'KEY': message".
@@ -33,14 +41,16 @@ class YamlFile {
   [[noreturn]] void fail_at(int line, const std::string& key, const std::string& message) const;
 
  private:
+  void load(const std::function<YAML::Node()>& read);
   void expect_plain_keys(const YAML::Node& node, int depth) const;
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node require(const std::string& key) const;
   double to_number(const YAML::Node& node, const std::string& key) const;
 
   std::filesystem::path file_;
+  std::string prefix_;  ///< of the keys of a section, for messages
   YAML::Node root_;
   mutable std::set<std::string> asked_;  ///< outermost keys somebody wanted to know
 };
 
-}  // namespace plumb::replay
+}  // namespace plumb

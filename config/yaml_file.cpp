@@ -1,20 +1,28 @@
-#include "tools/replay/yaml_file.h"
+#include "config/yaml_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
-namespace plumb::replay {
+namespace plumb {
 
 YamlFile::YamlFile(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::is_regular_file(file_)) {
     throw InputError(file_.string() + (std::filesystem::exists(file_) ? ": not a file" : ": not found") +
                      "; expected a YAML file");
   }
+  load([this] { return YAML::LoadFile(file_.string()); });
+}
+
+YamlFile::YamlFile(const std::string& name, const std::string& text) : file_(name) {
+  load([&text] { return YAML::Load(text); });
+}
+
+void YamlFile::load(const std::function<YAML::Node()>& read) {
   try {
-    root_ = YAML::LoadFile(file_.string());
+    root_ = read();
   } catch (const YAML::Exception& error) {
     throw InputError(file_.string() + ": not readable as YAML: " + error.what());
   }
@@ -51,9 +59,19 @@ std::optional<YAML::Node> YamlFile::find(const std::string& key) const {
   return node;
 }
 
+YamlFile YamlFile::section(const std::string& key) const {
+  const YAML::Node node = require(key);
+  if (!node.IsMap()) fail(key, "expected a map of keys and values");
+  YamlFile section = *this;
+  section.root_.reset(node);
+  section.prefix_ = prefix_ + key + ".";
+  section.asked_.clear();
+  return section;
+}
+
 YAML::Node YamlFile::require(const std::string& key) const {
   const std::optional<YAML::Node> node = find(key);
-  if (!node) throw InputError(file_.string() + ": key '" + key + "' is missing");
+  if (!node) throw InputError(file_.string() + ": key '" + prefix_ + key + "' is missing");
   return *node;
 }
 
@@ -97,7 +115,7 @@ std::vector<std::string> YamlFile::unused_keys(std::initializer_list<std::string
   for (const auto& entry : root_) {
     const std::string& key = entry.first.Scalar();
     if (asked_.contains(key) || std::find(ignored.begin(), ignored.end(), key) != ignored.end()) continue;
-    sentences.push_back(file_.string() + " line " + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
+    sentences.push_back(file_.string() + " line " + std::to_string(entry.first.Mark().line + 1) + ": key '" + prefix_ + key +
                         "' is not known and has no effect");
   }
   return sentences;
@@ -110,7 +128,7 @@ void YamlFile::fail(const std::string& key, const std::string& message) const {
 
 void YamlFile::fail_at(int line, const std::string& key, const std::string& message) const {
   const std::string where = line >= 0 ? " line " + std::to_string(line + 1) : std::string();
-  throw InputError(file_.string() + where + ": key '" + key + "': " + message);
+  throw InputError(file_.string() + where + ": key '" + prefix_ + key + "': " + message);
 }
 
-}  // namespace plumb::replay
+}  // namespace plumb

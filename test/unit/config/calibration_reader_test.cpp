@@ -1,14 +1,14 @@
-#include "tools/replay/calibration_reader.h"
+#include "config/calibration_reader.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <numbers>
 
+#include "config/input_error.h"
 #include "test/support/temporary_folder.h"
-#include "tools/replay/input_error.h"
 
-namespace plumb::replay {
+namespace plumb {
 namespace {
 
 // Camera rotated by 90 degrees about z and moved in the body; IMU moved in the body.
@@ -144,4 +144,4 @@ TEST(CalibrationReader, RefusesAParameterFileWhole) {
 }
 
 }  // namespace
-}  // namespace plumb::replay
+}  // namespace plumb

@@ -3,11 +3,11 @@
 
 #include <stdexcept>
 
-namespace plumb::replay {
+namespace plumb {
 
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace plumb::replay
+}  // namespace plumb

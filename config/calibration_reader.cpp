@@ -1,4 +1,4 @@
-#include "tools/replay/calibration_reader.h"
+#include "config/calibration_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,9 @@
 #include <string>
 
 #include "fsw/vision/camera_model.h"
-#include "tools/replay/input_error.h"
-#include "tools/replay/yaml_file.h"
+#include "config/input_error.h"
 
-namespace plumb::replay {
+namespace plumb {
 namespace {
 
 std::string shortest(double value) {
@@ -84,8 +83,7 @@ void read_distortion(const YamlFile& yaml, CameraCalibration& camera) {
   for (std::size_t i = 0; i < count; ++i) camera.coefficients[i] = values[i];
 }
 
-CameraCalibration read_intrinsics(const YamlFile& yaml) {
-  CameraCalibration camera;
+void read_resolution(const YamlFile& yaml, CameraCalibration& camera) {
   const std::string model = yaml.text("camera_model");
   if (model != "pinhole") yaml.fail("camera_model", "expected pinhole, found '" + model + "'");
   constexpr double kMaxSide = 65536.0;  // px
@@ -97,20 +95,19 @@ CameraCalibration read_intrinsics(const YamlFile& yaml) {
   }
   camera.width = static_cast<std::int32_t>(size[0]);
   camera.height = static_cast<std::int32_t>(size[1]);
+}
+
+void read_projection(const YamlFile& yaml, CameraCalibration& camera) {
   const std::vector<double> k = yaml.numbers("intrinsics", 4);
   camera.fx = k[0];
   camera.fy = k[1];
   camera.cx = k[2];
   camera.cy = k[3];
   if (camera.fx <= 0.0 || camera.fy <= 0.0) yaml.fail("intrinsics", "expected focal lengths above 0 px");
-  if (camera.cx < 0.0 || camera.cx > camera.width || camera.cy < 0.0 || camera.cy > camera.height) {
+  const bool sized = camera.width > 0;  // else that is a fault of its own
+  if (camera.cx < 0.0 || camera.cy < 0.0 || (sized && (camera.cx > camera.width || camera.cy > camera.height))) {
     yaml.fail("intrinsics", "expected a principal point within the image");
   }
-  read_distortion(yaml, camera);
-  if (!ok(CameraModel::check(camera))) {
-    yaml.fail("intrinsics", "with distortion_coefficients and resolution do not make a usable camera");
-  }
-  return camera;
 }
 
 // Half widths of the image in the normalised plane, from the middles of its four edges. A lens that sees 90 degrees or
@@ -139,71 +136,119 @@ void warn_of_unused(const YamlFile& yaml, std::vector<std::string>& warnings) {
   warnings.insert(warnings.end(), unused.begin(), unused.end());
 }
 
-void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& prefix, Parameters& parameters) {
+void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& prefix, Parameters& parameters,
+               const Steps& steps) {
   for (const auto& entry : node) {
     const std::string name = prefix + entry.first.as<std::string>();
     if (entry.second.IsMap()) {
-      read_node(yaml, entry.second, name + ".", parameters);
+      read_node(yaml, entry.second, name + ".", parameters, steps);
       continue;
     }
-    double value = 0.0;
-    bool flag = false;
-    if (entry.second.IsScalar() && YAML::convert<bool>::decode(entry.second, flag)) {
-      value = flag ? 1.0 : 0.0;
-    } else if (!entry.second.IsScalar() || !YAML::convert<double>::decode(entry.second, value)) {
-      yaml.fail_at(entry.second.Mark().line, name, "expected a number");
-    }
-    const auto [status, row] = parameter_table().set(parameters, name, value);
-    if (row == nullptr) yaml.fail_at(entry.first.Mark().line, name, "no parameter has this name (see --list-params)");
-    if (!ok(status)) yaml.fail_at(entry.second.Mark().line, name, refusal(*row, value));
+    steps([&] {
+      double value = 0.0;
+      bool flag = false;
+      if (entry.second.IsScalar() && YAML::convert<bool>::decode(entry.second, flag)) {
+        value = flag ? 1.0 : 0.0;
+      } else if (!entry.second.IsScalar() || !YAML::convert<double>::decode(entry.second, value)) {
+        yaml.fail_at(entry.second.Mark().line, name, "expected a number");
+      }
+      const auto [status, row] = parameter_table().set(parameters, name, value);
+      if (row == nullptr) yaml.fail_at(entry.first.Mark().line, name, "no parameter has this name (see --list-params)");
+      if (!ok(status)) yaml.fail_at(entry.second.Mark().line, name, refusal(*row, value));
+    });
   }
 }
 
 }  // namespace
 
-void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
-                 std::vector<std::string>& warnings) {
-  const YamlFile camera_yaml(cam0 / "sensor.yaml");
-  calibration.camera = read_intrinsics(camera_yaml);
-  const Pose camera = read_pose(camera_yaml);
-  const Pose imu = read_pose(YamlFile(imu0 / "sensor.yaml"));
-  calibration.sensor.q_IC = Quat(Mat3(imu.rotation.transpose() * camera.rotation)).normalized();
-  calibration.sensor.p_IC_m = imu.rotation.transpose() * (camera.translation - imu.translation);
-  read_field_of_view(camera_yaml, calibration);
-  warn_of_unused(camera_yaml, warnings);
+void read_camera(const YamlFile& camera_yaml, const YamlFile& imu_yaml, Calibration& calibration, const Steps& steps) {
+  CameraCalibration camera;
+  int sound = 0;
+  steps([&] { read_resolution(camera_yaml, camera), ++sound; });
+  steps([&] { read_projection(camera_yaml, camera), ++sound; });
+  steps([&] { read_distortion(camera_yaml, camera), ++sound; });
+  if (sound == 3) {
+    steps([&] {
+      if (!ok(CameraModel::check(camera))) {
+        camera_yaml.fail("intrinsics", "with distortion_coefficients and resolution do not make a usable camera");
+      }
+      calibration.camera = camera;
+      read_field_of_view(camera_yaml, calibration);
+    });
+  }
+  Pose camera_pose{Mat3::Identity(), Vec3::Zero()};
+  Pose imu_pose = camera_pose;
+  steps([&] { camera_pose = read_pose(camera_yaml); });
+  steps([&] { imu_pose = read_pose(imu_yaml); });
+  calibration.sensor.q_IC = Quat(Mat3(imu_pose.rotation.transpose() * camera_pose.rotation)).normalized();
+  calibration.sensor.p_IC_m = imu_pose.rotation.transpose() * (camera_pose.translation - imu_pose.translation);
 }
 
-void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::vector<std::string>& warnings) {
-  const YamlFile yaml(imu0 / "sensor.yaml");
+void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
   constexpr const char* kKeys[][2] = {{"gyroscope_noise_density", "imu.gyro_noise_density"},
                                       {"gyroscope_random_walk", "imu.gyro_bias_walk"},
                                       {"accelerometer_noise_density", "imu.accel_noise_density"},
                                       {"accelerometer_random_walk", "imu.accel_bias_walk"}};
-  for (const auto& [key, parameter] : kKeys) set_from(yaml, key, yaml.number(key), parameter, parameters);
+  for (const auto& [key, parameter] : kKeys) {
+    steps([&, key = key, parameter = parameter] { set_from(yaml, key, yaml.number(key), parameter, parameters); });
+  }
   constexpr const char* kOptionalKeys[][2] = {{"gyroscope_bias_stddev", "start.gyro_bias_sigma"},
                                               {"accelerometer_bias_stddev", "start.accel_bias_sigma"},
                                               {"gravity_mps2", "imu.gravity"}};
   for (const auto& [key, parameter] : kOptionalKeys) {
-    const std::optional<double> value = yaml.optional_number(key);
-    if (value) set_from(yaml, key, *value, parameter, parameters);
+    steps([&, key = key, parameter = parameter] {
+      const std::optional<double> value = yaml.optional_number(key);
+      if (value) set_from(yaml, key, *value, parameter, parameters);
+    });
   }
+}
+
+void read_range_finder(const YamlFile& yaml, Calibration& calibration, Parameters& parameters, const Steps& steps) {
+  steps([&] { set_from(yaml, "noise_stddev_m", yaml.number("noise_stddev_m"), "range.noise", parameters); });
+  steps([&] { set_from(yaml, "max_range_m", yaml.number("max_range_m"), "range.max_range", parameters); });
+  steps([&] {
+    const std::vector<double> axis = yaml.numbers("axis_in_cam", 3);
+    const Vec3 u_C(axis[0], axis[1], axis[2]);
+    constexpr double kUnit = 1e-3;
+    if (std::abs(u_C.norm() - 1.0) > kUnit) yaml.fail("axis_in_cam", "expected a vector of length 1");
+    if (u_C.z() <= 0.0) {
+      yaml.fail("axis_in_cam", "expected a beam that leaves ahead of the lens (third number above 0)");
+    }
+    calibration.sensor.u_C = u_C.normalized();
+  });
+  steps([&] {
+    const std::vector<double> origin = yaml.numbers("origin_in_cam_m", 3);
+    calibration.sensor.p_CR_m = Vec3(origin[0], origin[1], origin[2]);
+    if (!(calibration.sensor.p_CR_m.norm() < kLongestLever_m)) yaml.fail("origin_in_cam_m", kLeverExpected);
+  });
+}
+
+void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
+  Parameters changed = parameters;  // all or nothing
+  read_node(yaml, yaml.root(), "", changed, steps);
+  steps([&] {
+    if (const char* conflict = conflict_in(changed)) throw InputError(yaml.name() + ": " + conflict);
+  });
+  parameters = changed;
+}
+
+void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
+                 std::vector<std::string>& warnings) {
+  const YamlFile camera(cam0 / "sensor.yaml");
+  read_camera(camera, YamlFile(imu0 / "sensor.yaml"), calibration);
+  warn_of_unused(camera, warnings);
+}
+
+void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::vector<std::string>& warnings) {
+  const YamlFile yaml(imu0 / "sensor.yaml");
+  read_imu(yaml, parameters);
   warn_of_unused(yaml, warnings);
 }
 
 void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters,
                        std::vector<std::string>& warnings) {
   const YamlFile yaml(range0 / "sensor.yaml");
-  set_from(yaml, "noise_stddev_m", yaml.number("noise_stddev_m"), "range.noise", parameters);
-  set_from(yaml, "max_range_m", yaml.number("max_range_m"), "range.max_range", parameters);
-  const std::vector<double> axis = yaml.numbers("axis_in_cam", 3);
-  const std::vector<double> origin = yaml.numbers("origin_in_cam_m", 3);
-  const Vec3 u_C(axis[0], axis[1], axis[2]);
-  constexpr double kUnit = 1e-3;
-  if (std::abs(u_C.norm() - 1.0) > kUnit) yaml.fail("axis_in_cam", "expected a vector of length 1");
-  if (u_C.z() <= 0.0) yaml.fail("axis_in_cam", "expected a beam that leaves ahead of the lens (third number above 0)");
-  calibration.sensor.u_C = u_C.normalized();
-  calibration.sensor.p_CR_m = Vec3(origin[0], origin[1], origin[2]);
-  if (!(calibration.sensor.p_CR_m.norm() < kLongestLever_m)) yaml.fail("origin_in_cam_m", kLeverExpected);
+  read_range_finder(yaml, calibration, parameters);
   warn_of_unused(yaml, warnings);
 }
 
@@ -216,11 +261,7 @@ void read_direction_sensor(const std::filesystem::path& folder, DirectionSource 
 }
 
 void read_parameters(const std::filesystem::path& file, Parameters& parameters) {
-  const YamlFile yaml(file);
-  Parameters changed = parameters;  // all or nothing
-  read_node(yaml, yaml.root(), "", changed);
-  if (const char* conflict = conflict_in(changed)) throw InputError(file.string() + ": " + conflict);
-  parameters = changed;
+  read_parameters(YamlFile(file), parameters);
 }
 
-}  // namespace plumb::replay
+}  // namespace plumb

@@ -1,0 +1,46 @@
+#pragma once
+// Calibration and noise figures, from the sensor.yaml files of an ASL folder or from sections with the same keys.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/yaml_file.h"
+#include "fsw/app/nav_job.h"
+#include "fsw/app/parameters.h"
+
+namespace plumb {
+
+/// How a reader takes its steps, which do not depend on each other: the first fault ends the reading, or it is noted and
+/// the next step is taken.
+using Steps = std::function<void(const std::function<void()>& step)>;
+inline const Steps kUntilFirstFault = [](const std::function<void()>& step) { step(); };
+
+// The keys are those of the ASL layout; each reader throws InputError, or hands it to `steps`.
+
+/// Camera model and camera pose in the IMU, whose section has a T_BS as well.
+void read_camera(const YamlFile& camera, const YamlFile& imu, Calibration& calibration,
+                 const Steps& steps = kUntilFirstFault);
+/// Noise densities into the parameters, and if they are there the turn-on biases ("gyroscope_bias_stddev" rad/s,
+/// "accelerometer_bias_stddev" m/s^2, 1 sigma per axis) and local gravity ("gravity_mps2").
+void read_imu(const YamlFile& imu, Parameters& parameters, const Steps& steps = kUntilFirstFault);
+/// Beam into the calibration, noise and largest range into the parameters.
+void read_range_finder(const YamlFile& range, Calibration& calibration, Parameters& parameters,
+                       const Steps& steps = kUntilFirstFault);
+/// Parameter names and values, nested or with dots. All or nothing.
+void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& steps = kUntilFirstFault);
+
+// The same from the folders of an ASL recording. A warning for each key they do not know: a misspelt optional key has no
+// effect.
+void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
+                 std::vector<std::string>& warnings);
+void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::vector<std::string>& warnings);
+void read_range_finder(const std::filesystem::path& range0, Calibration& calibration, Parameters& parameters,
+                       std::vector<std::string>& warnings);
+/// Noise of a sun sensor or a magnetometer into the parameters, which switches it on.
+void read_direction_sensor(const std::filesystem::path& folder, DirectionSource source, Parameters& parameters,
+                           std::vector<std::string>& warnings);
+void read_parameters(const std::filesystem::path& file, Parameters& parameters);
+
+}  // namespace plumb

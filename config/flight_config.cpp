@@ -1,0 +1,223 @@
+#include "config/flight_config.h"
+
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "config/input_error.h"
+#include "config/yaml_file.h"
+#include "drivers/ov7251/sensor.h"
+#include "fsw/base/mission_config.h"
+#include "fsw/vision/tracker_options.h"
+
+namespace plumb {
+namespace {
+
+class Reader {
+ public:
+  Reader(const YamlFile& file, std::vector<std::string>& faults) : file_(file), faults_(faults) {}
+
+  FlightSetup read() {
+    steps_([&] { setup_.log = file_.text_or("log", ""); });
+    steps_([&] { setup_.lcm_url = file_.text_or("lcm", ""); });
+    std::optional<YamlFile> imu = section("imu");
+    std::optional<YamlFile> camera = section("camera");
+    if (imu) read_imu_section(*imu);
+    if (imu && camera) read_camera(*camera, *imu, setup_.calibration, steps_);
+    if (camera) read_camera_section(*camera);
+    std::optional<YamlFile> range;
+    if (file_.has("range")) range = section("range");
+    if (range) read_range_section(*range);
+    setup_.parameters.estimator.range.enabled = range.has_value();
+    if (file_.has("parameters")) {
+      if (const auto parameters = section("parameters")) read_parameters(*parameters, setup_.parameters, steps_);
+    }
+    if (file_.has("threads")) {
+      if (const auto threads = section("threads")) read_threads(*threads);
+    }
+    for (const auto* part : {&imu, &camera, &range}) {
+      if (*part) refuse_unknown(**part);
+    }
+    refuse_unknown(file_);
+    if (faults_.empty()) check_whole();
+    return setup_;
+  }
+
+ private:
+  std::optional<YamlFile> section(const std::string& key) {
+    std::optional<YamlFile> section;
+    steps_([&] { section = file_.section(key); });
+    return section;
+  }
+
+  void refuse_unknown(const YamlFile& yaml) {
+    // Keys that describe a sensor to people.
+    for (const std::string& sentence : yaml.unused_keys({"sensor_type", "comment"})) faults_.push_back(sentence);
+  }
+
+  /// A number from `min` to `max`, or `value` where the key is missing.
+  static double number(const YamlFile& yaml, const char* key, double value, double min, double max) {
+    const double found = yaml.optional_number(key).value_or(value);
+    if (found >= min && found <= max) return found;
+    std::ostringstream expected;
+    expected << found << " refused; expected " << min << " to " << max;
+    yaml.fail(key, expected.str());
+  }
+  static int whole(const YamlFile& yaml, const char* key, int value, int min, int max) {
+    const double found = number(yaml, key, value, min, max);
+    if (found != std::floor(found)) yaml.fail(key, "expected a whole number");
+    return static_cast<int>(found);
+  }
+  static Duration milliseconds(const YamlFile& yaml, const char* key, double value) {
+    return Duration::from_seconds(1e-3 * number(yaml, key, value, 0.0, 1000.0));
+  }
+
+  void read_imu_section(const YamlFile& yaml) {
+    stim300::Settings& settings = setup_.imu.settings;
+    steps_([&] { setup_.imu.device = yaml.text("device"); });
+    steps_([&] { settings.baud = static_cast<std::uint32_t>(whole(yaml, "baud", 921600, 1200, 10'000'000)); });
+    steps_([&] { settings.rate_hz = whole(yaml, "rate_hz", settings.rate_hz, 125, 2000); });
+    steps_([&] { settings.accel_range_g = whole(yaml, "accel_range_g", settings.accel_range_g, 5, 80); });
+    steps_([&] {
+      settings.gyro_filter_hz = settings.accel_filter_hz = whole(yaml, "filter_hz", settings.gyro_filter_hz, 16, 262);
+    });
+    steps_([&] {
+      if (!stim300::is_usable(settings)) {
+        yaml.fail("rate_hz", "rate_hz, filter_hz, accel_range_g and baud make no setting that a STIM300 can fly with");
+      }
+    });
+    read_imu(yaml, setup_.parameters, steps_);
+  }
+
+  void read_camera_section(const YamlFile& yaml) {
+    CameraSetup& camera = setup_.camera;
+    steps_([&] { camera.device = yaml.text_or("device", ""); });
+    steps_([&] { camera.subdevice = yaml.text_or("subdevice", ""); });
+    steps_([&] {
+      const std::string model = yaml.text_or("model", "any");
+      camera.is_ov7251 = model == "ov7251";
+      if (!camera.is_ov7251 && model != "any") yaml.fail("model", "expected ov7251 or any, found '" + model + "'");
+    });
+    steps_([&] { camera.socket = yaml.text_or("socket", ""); });
+    steps_([&] {
+      if (camera.device.empty() == camera.socket.empty()) yaml.fail("device", "expected either device or socket");
+    });
+    steps_([&] { camera.rate_hz = number(yaml, "rate_hz", camera.rate_hz, 1.0, 200.0); });
+    steps_([&] { camera.exposure = milliseconds(yaml, "exposure_ms", 0.0); });
+    steps_([&] { camera.readout = milliseconds(yaml, "readout_ms", 0.0); });
+    steps_([&] { camera.latency = milliseconds(yaml, "latency_ms", 0.0); });
+  }
+
+  void read_range_section(const YamlFile& yaml) {
+    RangeSetup& range = setup_.range;
+    steps_([&] {
+      const bool lidar_lite = yaml.has("i2c");
+      if (lidar_lite == yaml.has("can")) yaml.fail("i2c", "expected either i2c or can");
+      range.kind = lidar_lite ? RangeDevice::kLidarLite : RangeDevice::kCan;
+      range.device = yaml.text(lidar_lite ? "i2c" : "can");
+    });
+    if (range.kind == RangeDevice::kLidarLite) {
+      steps_([&] {
+        const std::string model = yaml.text("model");
+        if (model == "v3") range.lidar_lite.model = lidar_lite::Model::kV3;
+        else if (model == "v3hp") range.lidar_lite.model = lidar_lite::Model::kV3Hp;
+        else if (model == "v4led") range.lidar_lite.model = lidar_lite::Model::kV4Led;
+        else yaml.fail("model", "expected v3, v3hp or v4led, found '" + model + "'");
+      });
+      steps_([&] { range.lidar_lite.period = milliseconds(yaml, "period_ms", 40.0); });
+      steps_([&] {
+        if (range.lidar_lite.period < lidar_lite::kMinPeriod) yaml.fail("period_ms", "expected at least 10 ms");
+      });
+    } else if (range.kind == RangeDevice::kCan) {
+      steps_([&] {
+        const std::string protocol = yaml.text_or("protocol", "dronecan");
+        if (protocol == "dronecan") range.can.protocol = can_range::Protocol::kDronecan;
+        else if (protocol == "benewake") range.can.protocol = can_range::Protocol::kBenewake;
+        else yaml.fail("protocol", "expected dronecan or benewake, found '" + protocol + "'");
+      });
+      steps_([&] { range.can.bus_bit_s = whole(yaml, "bus_bit_s", range.can.bus_bit_s, 10'000, 1'000'000); });
+      steps_([&] { range.can.node_id = whole(yaml, "node_id", range.can.node_id, can_range::kAny, 127); });
+      steps_([&] { range.can.sensor_id = whole(yaml, "sensor_id", range.can.sensor_id, can_range::kAny, 255); });
+      steps_([&] { range.can.latency = milliseconds(yaml, "latency_ms", 0.0); });
+      steps_([&] {
+        if (range.can.node_id == 0) yaml.fail("node_id", "expected 1 to 127, or -1 for any");
+      });
+    }
+    read_range_finder(yaml, setup_.calibration, setup_.parameters, steps_);
+  }
+
+  void read_threads(const YamlFile& yaml) {
+    for (std::size_t i = 0; i < kFlightThreadNames.size(); ++i) {
+      const char* name = kFlightThreadNames[i];
+      if (!yaml.has(name)) continue;
+      steps_([&] {
+        const YamlFile thread = yaml.section(name);
+        ThreadSetup& setup = setup_.threads[i];
+        steps_([&] { setup.priority = whole(thread, "priority", setup.priority, 0, 99); });
+        steps_([&] { setup.core = whole(thread, "core", setup.core, -1, 1023); });
+        refuse_unknown(thread);
+      });
+    }
+    refuse_unknown(yaml);
+  }
+
+  // What each part cannot see by itself.
+  void check_whole() {
+    const CameraCalibration& camera = setup_.calibration.camera;
+    steps_([&] {
+      if (setup_.camera.is_ov7251 && (camera.width != ov7251::kWidth || camera.height != ov7251::kHeight)) {
+        file_.section("camera").fail("resolution", "expected that of an OV7251, 640 x 480");
+      }
+    });
+    steps_([&] {
+      if (camera.width > static_cast<std::int32_t>(FlightConfig::kMaxImageWidth) ||
+          camera.height > static_cast<std::int32_t>(FlightConfig::kMaxImageHeight)) {
+        file_.section("camera").fail("resolution", "is beyond " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
+                                                       std::to_string(FlightConfig::kMaxImageHeight));
+      }
+      if (!ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
+        throw InputError(file_.name() + ": the tracker.* parameters do not fit each other or the resolution");
+      }
+      if (const char* conflict = conflict_in(setup_.parameters)) throw InputError(file_.name() + ": " + conflict);
+    });
+  }
+
+  const YamlFile& file_;
+  std::vector<std::string>& faults_;
+  FlightSetup setup_;
+  const Steps steps_ = [this](const std::function<void()>& step) {
+    try {
+      step();
+    } catch (const InputError& fault) {
+      faults_.push_back(fault.what());
+    }
+  };
+};
+
+}  // namespace
+
+FlightSetup read_flight_config(const std::string& name, const std::string& text, std::vector<std::string>& faults) {
+  FlightSetup setup;
+  try {
+    const YamlFile file(name, text);
+    setup = Reader(file, faults).read();
+  } catch (const InputError& fault) {  // it is no YAML at all
+    faults.push_back(fault.what());
+  }
+  setup.text = text;
+  return setup;
+}
+
+FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<std::string>& faults) {
+  std::ifstream stream(file);
+  if (!stream || !std::filesystem::is_regular_file(file)) {
+    faults.push_back(file.string() + ": cannot be read; expected a YAML file");
+    return {};
+  }
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return read_flight_config(file.string(), text.str(), faults);
+}
+
+}  // namespace plumb

@@ -1,0 +1,89 @@
+#pragma once
+// The nav job beside the ticks: takes the frames in order, answers for each image.
+
+#include "fsw/app/nav_job.h"
+#include "fsw/app/nav_link.h"
+#include "fsw/app/publisher.h"
+#include "fsw/app/record_log.h"
+#include "fsw/app/stage_timer.h"
+#include "hal/include/clock.h"
+
+namespace plumb {
+
+template <class Config>
+class NavTask {
+ public:
+  /// All must outlive the task.
+  NavTask(const Calibration& calibration, const Parameters& parameters, Tracker<Config::kMaxTracks>& tracker,
+          SensorRings& rings, NavLink& link, Clock& clock, LogSink& log, TelemetrySink& telemetry)
+      : rings_(rings),
+        link_(link),
+        clock_(clock),
+        stages_(clock),
+        job_(calibration, parameters, tracker, &stages_),
+        log_(log),
+        publisher_(telemetry) {}
+
+  /// Waits for an order, at most kLongestWait, and works off what is there.
+  void run_once() {
+    clock_.wait_until(clock_.now() + kLongestWait);
+    // By reference: an order is large, and its place in the queue is not needed before it is done.
+    while (const NavOrder* order = link_.orders.front()) {
+      execute(*order);
+      link_.orders.drop();
+    }
+  }
+
+  const NavJob<Config>& job() const { return job_; }
+
+ private:
+  static constexpr Duration kLongestWait = Duration::from_ms(100);
+
+  void execute(const NavOrder& order) {
+    const Time start = clock_.now();
+    if (order.has_image) {
+      slot_ = order.image.slot;
+      t_start_ = start;
+    }
+    stages_.clear();
+    const ImageView image = order.image.view(rings_.pixels[order.image.slot].data());
+    const ImageOutcome& outcome = job_.step(order.input, order.has_image ? &image : nullptr);
+    if (!outcome.processed && !outcome.refused) return;
+    const Time end = clock_.now();
+    const NavAnswer answer{.has_state = outcome.processed,
+                           .slot = slot_,
+                           .state = job_.estimator().state(),
+                           .t_start = t_start_,
+                           .t_end = end,
+                           .estimator = job_.estimator().counters(),
+                           .system = job_.counters(),
+                           .calibration = job_.estimator().calibration(),
+                           .pixel_noise_px = job_.estimator().pixel_noise_px()};
+    if (outcome.processed) report(end - start);
+    const Status answered = link_.answers.push(answer);
+    PLUMB_ASSERT(ok(answered));  // the gate sends no image before it has the answer to the last one
+  }
+
+  // Before the answer, so that the log has a state before the frame that releases it.
+  void report(Duration step) {
+    const NavStateRecord record = job_.record();
+    const TimingRecord timing{
+        .t_image = record.t_image, .sequence = record.sequence, .stage_ns = stages_.stage_ns(), .step_ns = step.ns()};
+    log_.write(channel::kNavState, record.t_image, record);
+    log_.write(channel::kTiming, record.t_image, timing);
+    publisher_.publish(channel::kNavState, record);
+    publisher_.publish(channel::kTiming, timing);
+  }
+
+  SensorRings& rings_;
+  NavLink& link_;
+  Clock& clock_;
+  StageTimer stages_;
+  NavJob<Config> job_;
+  RecordLog log_;
+  Publisher publisher_;
+  std::uint8_t slot_ = 0;  ///< of the image that is not answered for yet
+  Time t_start_;
+};
+
+}  // namespace plumb

@@ -1,0 +1,111 @@
+#include "fsw/app/tick_task.h"
+
+namespace plumb {
+
+void TickTask::run_once() {
+  Time now = clock_.now();
+  constexpr int kMaxWakes = 256;  // each by a sample of a device, or a signal
+  for (int i = 0; i < kMaxWakes && !pacer_.due(now, rings_.imu.size() > 0); ++i) {
+    clock_.wait_until(pacer_.next(rings_.imu.size() > 0));
+    now = clock_.now();
+  }
+  pacer_.ticked(now);
+  dispatcher_.dispatch(
+      tick_++, [this] { return clock_.now(); }, [this](std::size_t job) { run_job(job); },
+      [this](const ScheduleFact& fact) { tell(fact); });
+}
+
+void TickTask::run_job(std::size_t job) {
+  switch (job) {
+    case kJobAssemble: assemble(); break;
+    case kJobPredict: predict(); break;
+    case kJobPublish: publish(); break;
+    case kJobHealth: publish_health(); break;
+    default: PLUMB_ASSERT(false);  // the nav job is not of the tick
+  }
+}
+
+void TickTask::assemble() {
+  const InputFrame& frame = gate_.assemble(clock_.now());
+  log_.write(channel::kInputFrame, frame.t, frame);
+  gate_.order();
+  wake_nav_.wake();
+}
+
+void TickTask::predict() {
+  if (gate_.frame().handover == Handover::kReleased) output_.correct(gate_.answer().state);
+  output_.step(gate_.frame());
+}
+
+void TickTask::publish() {
+  if (gate_.answered()) {
+    const NavAnswer& answer = gate_.answer();
+    dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [this](const ScheduleFact& fact) { tell(fact); });
+  }
+  tell_of_gate();
+  for (const PredictedState& state : output_.predicted()) {
+    publisher_.publish(channel::kNavOutput, state);
+    log_.write(channel::kNavOutput, state.t, state);
+  }
+}
+
+void TickTask::tell(const Event& event) {
+  publisher_.publish(channel::kEvents, event);
+  log_.write(channel::kEvents, event.t, event);
+}
+
+void TickTask::tell(const ScheduleFact& fact) {
+  const Job& job = kFlightSchedule[fact.job];
+  const bool overrun = fact.kind == ScheduleFact::Kind::kOverrun;
+  const Duration limit = overrun ? job.budget : kTickPeriod * job.period_ticks;
+  tell({.id = overrun ? EventId::kJobOverrun : EventId::kJobSlip,
+        .t = gate_.frame().t,
+        .arguments = {fact.job, fact.time.ns(), limit.ns(), static_cast<std::int64_t>(fact.suppressed)}});
+}
+
+void TickTask::tell_of_gate() {
+  const InputFrame& frame = gate_.frame();
+  const GateCounters& counters = gate_.counters();
+  const auto tell_some = [&](EventId id, Throttle& throttle, std::int64_t second, std::uint64_t third) {
+    if (!throttle.admit(frame.t)) return;
+    tell({.id = id,
+          .t = frame.t,
+          .arguments = {static_cast<std::int64_t>(frame.tick), second, static_cast<std::int64_t>(third),
+                        static_cast<std::int64_t>(throttle.suppressed())}});
+  };
+  if (frame.handover == Handover::kLate) {
+    tell_some(EventId::kResultLate, late_throttle_, static_cast<std::int64_t>(counters.results_late), 0);
+  }
+  if (frame.image_skipped) {
+    tell_some(EventId::kImageSkipped, skipped_throttle_, frame.camera.sequence, counters.images_skipped);
+  }
+  if (frame.nav_missed) {
+    tell_some(EventId::kNavMissed, missed_throttle_, static_cast<std::int64_t>(counters.nav_missed), 0);
+  }
+}
+
+void TickTask::publish_health() {
+  const NavAnswer& answer = gate_.answer();
+  const Time t = gate_.frame().t;
+  HealthRecord health{.t = t,
+                      .estimator = answer.estimator,
+                      .system = answer.system,
+                      .predictor = output_.predictor().counters(),
+                      .tracking = output_.predictor().tracking(),
+                      .calibration = answer.calibration,
+                      .pixel_noise_px = answer.pixel_noise_px};
+  health.system.ticks = tick_;
+  publisher_.publish(channel::kNavHealth, health);
+  log_.write(channel::kNavHealth, t, health);
+  ScheduleRecord schedule;
+  schedule.t = t;
+  for (std::size_t job = 0; job < kFlightSchedule.size(); ++job) {
+    const Status added = schedule.jobs.push_back(
+        {.name = kFlightSchedule[job].name, .budget = kFlightSchedule[job].budget, .account = dispatcher_.of(job)});
+    PLUMB_ASSERT(ok(added));
+  }
+  publisher_.publish(channel::kSchedule, schedule);
+  log_.write(channel::kSchedule, t, schedule);
+}
+
+}  // namespace plumb

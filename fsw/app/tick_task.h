@@ -1,0 +1,83 @@
+#pragma once
+// The tick: 250 times a second, what has come in becomes an InputFrame, the output is carried on to now and published.
+
+#include "fsw/app/flight_schedule.h"
+#include "fsw/app/input_gate.h"
+#include "fsw/app/output_stage.h"
+#include "fsw/app/publisher.h"
+#include "fsw/app/record_log.h"
+#include "fsw/schedule/dispatcher.h"
+#include "fsw/telemetry/executive_messages.h"
+#include "hal/include/clock.h"
+
+namespace plumb {
+
+/// When a tick is due. The IMU's own samples drive it, so that the newest sample is never a period old when it is used;
+/// where they stop, time does.
+class TickPacer {
+ public:
+  /// Samples that come in a burst are one tick.
+  static constexpr Duration kShortest = kTickPeriod * 3 / 4;
+  /// Without a sample for so long the tick comes without one.
+  static constexpr Duration kLongest = kTickPeriod * 5 / 4;
+
+  explicit TickPacer(Time start) : t_last_(start) {}
+
+  bool due(Time now, bool has_sample) const {
+    return now - t_last_ >= kLongest || (has_sample && now - t_last_ >= kShortest);
+  }
+  /// What to wait for, if nobody brings a sample before.
+  Time next(bool has_sample) const { return t_last_ + (has_sample ? kShortest : kLongest); }
+  void ticked(Time now) { t_last_ = now; }
+
+ private:
+  Time t_last_;
+};
+
+class TickTask {
+ public:
+  /// `wake_nav` is woken when there is an order. All must outlive the task.
+  TickTask(const ImuOptions& imu, SensorRings& rings, NavLink& link, Clock& clock, Clock& wake_nav, LogSink& log,
+           TelemetrySink& telemetry)
+      : rings_(rings),
+        clock_(clock),
+        wake_nav_(wake_nav),
+        gate_(rings, link),
+        output_(imu),
+        log_(log),
+        publisher_(telemetry),
+        pacer_(clock.now()) {}
+
+  /// Waits until a tick is due, at most kLongest, and runs it.
+  void run_once();
+
+  const InputGate& gate() const { return gate_; }
+  const OutputPredictor& predictor() const { return output_.predictor(); }
+  const JobAccount& account(FlightJob job) const { return dispatcher_.of(job); }
+
+ private:
+  void run_job(std::size_t job);
+  void assemble();
+  void predict();
+  void publish();
+  void publish_health();
+  void tell(const Event& event);
+  void tell(const ScheduleFact& fact);
+  void tell_of_gate();
+
+  SensorRings& rings_;
+  Clock& clock_;
+  Clock& wake_nav_;
+  InputGate gate_;
+  OutputStage output_;
+  RecordLog log_;
+  Publisher publisher_;
+  Dispatcher<kFlightSchedule> dispatcher_;
+  TickPacer pacer_;
+  std::uint64_t tick_ = 0;
+  Throttle late_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
+  Throttle skipped_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
+  Throttle missed_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};
+};
+
+}  // namespace plumb

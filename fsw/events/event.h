@@ -1,0 +1,32 @@
+#pragma once
+// What happened, as a record of numbers. Texts are in docs/executive.md and in tools, not in flight.
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/base/time.h"
+
+namespace plumb {
+
+enum class EventSeverity : std::uint8_t {
+  kInfo = 0,
+  kWarning,  ///< a fault of the world that was survived
+};
+
+/// Numbers stay for good: a log is read by software of another year. The four arguments of each, in their order.
+enum class EventId : std::uint16_t {
+  kJobOverrun = 1,    ///< job, time taken [ns], budget [ns], kept back
+  kJobSlip = 2,       ///< job, time from start to start [ns], period [ns], kept back
+  kResultLate = 3,    ///< tick, results late so far, 0, kept back
+  kImageSkipped = 4,  ///< tick, sequence of the image, images skipped so far, kept back
+  kNavMissed = 5,     ///< tick, frames missed so far, 0, kept back
+};
+
+struct Event {
+  EventId id = EventId::kJobOverrun;
+  EventSeverity severity = EventSeverity::kWarning;
+  Time t;  ///< logical: end of the tick that saw it
+  std::array<std::int64_t, 4> arguments{};
+};
+
+}  // namespace plumb

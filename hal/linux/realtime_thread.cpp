@@ -1,0 +1,89 @@
+#include "hal/linux/realtime_thread.h"
+
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+
+namespace plumb {
+namespace {
+
+constexpr unsigned char kPaint = 0xA5;
+constexpr std::size_t kGuardBytes = 16384;  // whole pages of any size that ARM or x86 boards use
+
+// pthreads want a function that returns something; ours do not.
+struct Start {
+  RealtimeThread::Entry entry;
+  void* context;
+};
+
+}  // namespace
+
+std::string lock_memory() {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  return std::string("memory is not locked: ") + std::strerror(errno) + "; a page fault may delay a tick";
+}
+
+RealtimeThread::~RealtimeThread() {
+  join();
+  if (stack_ != nullptr) munmap(stack_ - kGuardBytes, kGuardBytes + options_.stack_bytes);
+}
+
+bool RealtimeThread::start(const ThreadOptions& options, Entry entry, void* context,
+                           std::vector<std::string>& warnings) {
+  options_ = options;
+  void* mapping = mmap(nullptr, kGuardBytes + options.stack_bytes, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
+  if (mapping == MAP_FAILED) return false;
+  stack_ = static_cast<unsigned char*>(mapping) + kGuardBytes;
+  mprotect(mapping, kGuardBytes, PROT_NONE);  // a stack that overflows ends the process instead of something else
+  std::memset(stack_, kPaint, options.stack_bytes);
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstack(&attributes, stack_, options.stack_bytes);
+  const auto run = [](void* argument) -> void* {
+    const Start start = *static_cast<Start*>(argument);
+    delete static_cast<Start*>(argument);
+    start.entry(start.context);
+    return nullptr;
+  };
+  auto* start = new Start{entry, context};
+  const std::string name(options.name);
+  int error = pthread_create(&thread_, &attributes, run, start);
+  pthread_attr_destroy(&attributes);
+  if (error != 0) {
+    delete start;
+    return false;
+  }
+  running_ = true;
+  pthread_setname_np(thread_, options.name);
+  if (options.priority > 0) {
+    const sched_param parameter{.sched_priority = options.priority};
+    error = pthread_setschedparam(thread_, SCHED_FIFO, &parameter);
+    if (error != 0) warnings.push_back(name + ": no real-time priority: " + std::strerror(error));
+  }
+  if (options.core >= 0) {
+    cpu_set_t cores;
+    CPU_ZERO(&cores);
+    CPU_SET(static_cast<unsigned>(options.core), &cores);
+    error = pthread_setaffinity_np(thread_, sizeof cores, &cores);
+    if (error != 0)
+      warnings.push_back(name + ": not on core " + std::to_string(options.core) + ": " + std::strerror(error));
+  }
+  return true;
+}
+
+void RealtimeThread::join() {
+  if (running_) pthread_join(thread_, nullptr);
+  running_ = false;
+}
+
+std::size_t RealtimeThread::stack_used() const {
+  if (stack_ == nullptr) return 0;
+  std::size_t untouched = 0;
+  while (untouched < options_.stack_bytes && stack_[untouched] == kPaint) ++untouched;
+  return options_.stack_bytes - untouched;
+}
+
+}  // namespace plumb

@@ -1,0 +1,47 @@
+#pragma once
+// A thread as flight wants it: fixed priority, a core of its own, a stack whose depth is known afterwards. What the
+// system does not permit is done without, and told: on a desk everything runs, only not so punctually.
+
+#include <pthread.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+/// Keeps every page of the process in memory from here on. Empty, or why that is not so.
+std::string lock_memory();
+
+struct ThreadOptions {
+  const char* name = "";  ///< at most 15 characters, for the system's lists
+  int priority = 0;       ///< SCHED_FIFO, 1 to 99; 0: the system's usual scheduling
+  int core = -1;          ///< that it stays on; -1: any
+  std::size_t stack_bytes = std::size_t{256} << 10;
+};
+
+class RealtimeThread {
+ public:
+  using Entry = void (*)(void* context);
+
+  RealtimeThread() = default;
+  ~RealtimeThread();
+  RealtimeThread(const RealtimeThread&) = delete;
+  RealtimeThread& operator=(const RealtimeThread&) = delete;
+
+  /// Runs entry(context) in a new thread. False when there is none; what was done without is added to `warnings`.
+  bool start(const ThreadOptions& options, Entry entry, void* context, std::vector<std::string>& warnings);
+  /// Waits for the thread's end.
+  void join();
+  /// Bytes of the stack that were ever used: the paint below them is untouched. Any time after start().
+  std::size_t stack_used() const;
+  const ThreadOptions& options() const { return options_; }
+
+ private:
+  ThreadOptions options_;
+  pthread_t thread_{};
+  bool running_ = false;
+  unsigned char* stack_ = nullptr;
+};
+
+}  // namespace plumb

@@ -1,0 +1,134 @@
+#include "process/device_tasks.h"
+
+#include <algorithm>
+
+namespace plumb {
+namespace {
+
+// One thread counts, others look.
+void count(std::atomic<std::uint64_t>& counter) {
+  counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+void ImuTask::run_once() {
+  const Time now = clock_.now();
+  const Status status = device_.poll(now, kReadTimeout, completed_);
+  if (status == Status::kNotReady) port_.record_silence(now);
+  state_.store(device_.protocol().state(), std::memory_order_relaxed);
+  for (const ImuSample& sample : completed_) {
+    static_cast<void>(rings_.imu.push(sample));  // a full ring counts
+    count(samples_);
+  }
+  if (!completed_.empty()) wake_tick_.wake();
+  if (status == Status::kRejected) clock_.wait_until(now + kDevicePause);
+}
+
+void LidarLiteTask::run_once() {
+  const Result<RangeSample> sample = device_.poll(clock_.now());
+  if (sample) {
+    static_cast<void>(rings_.range.push(*sample));
+    count(samples_);
+  }
+  clock_.wait_until(device_.wake());
+}
+
+void CanRangeTask::run_once() {
+  if (!started_) started_ = ok(receiver_.start());
+  const Result<can_range::Reading> reading = receiver_.poll(kReceiveTimeout);
+  if (reading) {
+    static_cast<void>(rings_.range.push(reading->sample));
+    count(samples_);
+  } else if (reading.status() == Status::kRejected && socket_.health().state == CanState::kDown) {
+    clock_.wait_until(clock_.now() + kDevicePause);
+  }
+}
+
+CameraTask::CameraTask(CameraPort& port, const CameraSetup& setup, const CameraCalibration& calibration,
+                       SensorRings& rings, Clock& clock, LogSink& log)
+    : port_(port),
+      setup_(setup),
+      width_(calibration.width),
+      height_(calibration.height),
+      rings_(rings),
+      clock_(clock),
+      log_(log),
+      message_(kImageHeaderBytes + static_cast<std::size_t>(calibration.width) * calibration.height) {
+  if (!setup.is_ov7251) return;
+  ov7251::Options options;
+  options.period = Duration::from_seconds(1.0 / setup.rate_hz);
+  options.arrival_delay = setup.latency;
+  if (setup.exposure > Duration()) {
+    options.auto_exposure = false;
+    options.exposure.time = setup.exposure;
+  }
+  ov7251_.emplace(port, options);
+}
+
+void CameraTask::run_once() {
+  if (!started_) started_ = start() != Status::kInvalidValue;  // a camera that is away comes back by itself
+  const Result<CameraFrame> frame = next_frame();
+  if (frame) {
+    accept(*frame);
+  } else if (frame.status() == Status::kRejected && port_.last_error() != 0) {
+    clock_.wait_until(clock_.now() + kDevicePause);
+  }
+}
+
+Status CameraTask::start() {
+  if (ov7251_) return ov7251_->start();
+  return port_
+      .start({.width = width_, .height = height_, .period = Duration::from_seconds(1.0 / setup_.rate_hz), .trigger = {}})
+      .status();
+}
+
+Result<CameraFrame> CameraTask::next_frame() {
+  if (ov7251_) return ov7251_->poll(clock_.now(), kReceiveTimeout);
+  const Result<PortFrame> frame = port_.receive(kReceiveTimeout);
+  if (!frame) return frame.status();
+  if (frame->damaged) {
+    ++counters_.damaged;
+    return Status::kNotReady;
+  }
+  return CameraFrame{.t_exposure_mid = mid_exposure(*frame), .sequence = frame->sequence, .image = frame->image};
+}
+
+void CameraTask::accept(const CameraFrame& frame) {
+  if (frame.image.width != width_ || frame.image.height != height_) {
+    ++counters_.wrong_size;
+    return;
+  }
+  if (!has_slot_) has_slot_ = rings_.empty.pop(slot_);
+  if (!has_slot_) {
+    ++counters_.no_slot;
+    return;
+  }
+  const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid, .sequence = sequence_++},
+                           .slot = slot_,
+                           .width = width_,
+                           .height = height_};
+  std::uint8_t* to = rings_.pixels[slot_].data();
+  for (std::int32_t row = 0; row < height_; ++row) {
+    to = std::copy_n(frame.image.pixels + static_cast<std::ptrdiff_t>(row) * frame.image.stride, width_, to);
+  }
+  const CameraFrame logged{.t_exposure_mid = stored.reference.t_exposure_mid,
+                           .sequence = stored.reference.sequence,
+                           .image = stored.view(rings_.pixels[slot_].data())};
+  const Result<std::size_t> size = encode(logged, MessageBuffer(message_));
+  static_cast<void>(log_.write(channel::kCamera, clock_.now(), MessageBytes(message_.data(), size.value())));
+  has_slot_ = !ok(rings_.images.push(stored));
+  count(images_);
+}
+
+Time CameraTask::mid_exposure(const PortFrame& frame) const {
+  const Duration exposure = frame.has_exposure ? frame.exposure.time : setup_.exposure;
+  switch (frame.stamp) {
+    case CameraStamp::kStartOfExposure: return frame.t + exposure / 2;
+    case CameraStamp::kEndOfFrame: return frame.t - setup_.readout - exposure / 2;
+    case CameraStamp::kArrival: return frame.t - setup_.latency - setup_.readout - exposure / 2;
+  }
+  return frame.t;
+}
+
+}  // namespace plumb

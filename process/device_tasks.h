@@ -1,0 +1,129 @@
+#pragma once
+// The threads that read the devices: bytes and images in, stamped samples into the rings. They do no maths.
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "config/flight_config.h"
+#include "drivers/can_range/receiver.h"
+#include "drivers/lidar_lite/device.h"
+#include "drivers/ov7251/device.h"
+#include "drivers/stim300/device.h"
+#include "fsw/app/sensor_rings.h"
+#include "hal/include/camera_port.h"
+#include "hal/include/clock.h"
+#include "process/recording_ports.h"
+
+namespace plumb {
+
+/// How long a device that is gone is left alone before it is asked again.
+inline constexpr Duration kDevicePause = Duration::from_ms(100);
+
+class ImuTask {
+ public:
+  /// All must outlive the task. `wake_tick`: the tick is driven by the samples.
+  ImuTask(SerialPort& port, const stim300::Settings& settings, SensorRings& rings, Clock& clock, Clock& wake_tick,
+          LogSink& log)
+      : port_(port, log), device_(port_, settings), rings_(rings), clock_(clock), wake_tick_(wake_tick) {}
+
+  void run_once();
+  /// Any thread.
+  std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  /// Any thread. Whether the unit is set up as expected.
+  stim300::State state() const { return state_.load(std::memory_order_relaxed); }
+  /// When its thread has ended.
+  const stim300::Protocol& protocol() const { return device_.protocol(); }
+
+ private:
+  static constexpr Duration kReadTimeout = Duration::from_ms(20);
+
+  RecordingSerialPort port_;
+  stim300::Device device_;
+  SensorRings& rings_;
+  Clock& clock_;
+  Clock& wake_tick_;
+  stim300::Samples completed_;
+  std::atomic<std::uint64_t> samples_{0};
+  std::atomic<stim300::State> state_{stim300::State::kUnconfigured};
+};
+
+class LidarLiteTask {
+ public:
+  LidarLiteTask(I2cBus& bus, const lidar_lite::Options& options, SensorRings& rings, Clock& clock, LogSink& log)
+      : bus_(bus, clock, log), device_(bus_, options), rings_(rings), clock_(clock) {}
+
+  void run_once();
+  std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+
+ private:
+  RecordingI2cBus bus_;
+  lidar_lite::Device device_;
+  SensorRings& rings_;
+  Clock& clock_;
+  std::atomic<std::uint64_t> samples_{0};
+};
+
+class CanRangeTask {
+ public:
+  CanRangeTask(CanSocket& socket, const can_range::Options& options, SensorRings& rings, Clock& clock, LogSink& log)
+      : socket_(socket, log), receiver_(socket_, options), rings_(rings), clock_(clock) {}
+
+  void run_once();
+  std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
+
+  RecordingCanSocket socket_;
+  can_range::Receiver receiver_;
+  SensorRings& rings_;
+  Clock& clock_;
+  bool started_ = false;
+  std::atomic<std::uint64_t> samples_{0};
+};
+
+struct CameraTaskCounters {
+  std::uint64_t damaged = 0;
+  std::uint64_t wrong_size = 0;
+  std::uint64_t no_slot = 0;  ///< every place in the store was taken: the tick task does not come round
+};
+
+class CameraTask {
+ public:
+  CameraTask(CameraPort& port, const CameraSetup& setup, const CameraCalibration& calibration, SensorRings& rings,
+             Clock& clock, LogSink& log);
+
+  void run_once();
+  std::uint64_t images() const { return images_.load(std::memory_order_relaxed); }
+  /// When its thread has ended.
+  const CameraTaskCounters& counters() const { return counters_; }
+
+ private:
+  static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
+
+  Status start();
+  Result<CameraFrame> next_frame();
+  void accept(const CameraFrame& frame);
+  Time mid_exposure(const PortFrame& frame) const;
+
+  CameraPort& port_;
+  std::optional<ov7251::Device> ov7251_;
+  CameraSetup setup_;
+  std::int32_t width_;
+  std::int32_t height_;
+  SensorRings& rings_;
+  Clock& clock_;
+  LogSink& log_;
+  std::vector<std::uint8_t> message_;  ///< allocated once
+  bool started_ = false;
+  bool has_slot_ = false;
+  std::uint8_t slot_ = 0;  ///< empty, and this thread's
+  /// Own count: that of a camera which restarts begins anew, and a log knows images by it.
+  std::uint32_t sequence_ = 0;
+  CameraTaskCounters counters_;
+  std::atomic<std::uint64_t> images_{0};
+};
+
+}  // namespace plumb

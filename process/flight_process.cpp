@@ -1,0 +1,309 @@
+#include "process/flight_process.h"
+
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <atomic>
+#include <optional>
+
+#include "fsw/app/nav_task.h"
+#include "fsw/app/tick_task.h"
+#include "fsw/vision/flight_tracker.h"
+#include "hal/linux/can_socket.h"
+#include "hal/linux/frame_socket.h"
+#include "hal/linux/i2c_bus.h"
+#include "hal/linux/lcm_sink.h"
+#include "hal/linux/linux_clock.h"
+#include "hal/linux/log_writer.h"
+#include "hal/linux/serial_port.h"
+#include "hal/linux/v4l2_camera.h"
+#include "process/device_tasks.h"
+#include "process/log_file.h"
+
+namespace plumb {
+namespace {
+
+/// Where nobody wants telemetry, or a log.
+class NoSink final : public TelemetrySink, public LogSink {
+ public:
+  Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kOk; }
+  Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
+};
+
+// Half a second and more of each thread's records, and a quarter of a second of the largest images.
+constexpr std::size_t kSmallLogBytes = std::size_t{256} << 10;
+constexpr std::size_t kNavLogBytes = std::size_t{512} << 10;
+constexpr std::size_t kTickLogBytes = std::size_t{2} << 20;
+constexpr std::size_t kImageLogBytes = std::size_t{4} << 20;
+
+constexpr std::size_t index(FlightThread thread) { return static_cast<std::size_t>(thread); }
+
+/// Queue of a thread with the memory behind it.
+struct ThreadLog {
+  ThreadLog(const char* name, std::size_t bytes) : storage(bytes), log(name, storage) {}
+  std::vector<std::uint8_t> storage;
+  QueuedLog log;
+};
+
+// The large objects, in static memory: one process flies once.
+SensorRings& sensor_rings() {
+  static SensorRings rings;
+  return rings;
+}
+NavLink& nav_link() {
+  static NavLink link;
+  return link;
+}
+
+}  // namespace
+
+struct FlightProcess::Parts {
+  explicit Parts(const FlightSetup& flight) : setup(flight) {}
+
+  /// The body of a thread: one turn after the other until the flight is over.
+  template <class Task>
+  struct Loop {
+    Task* task = nullptr;
+    const std::atomic<bool>* stop = nullptr;
+    static void run(void* context) {
+      const Loop& loop = *static_cast<Loop*>(context);
+      while (!loop.stop->load(std::memory_order_acquire)) loop.task->run_once();
+      loop.task->run_once();  // what others left for it before they ended
+    }
+  };
+  template <class Task>
+  bool start(FlightThread thread, Loop<Task>& loop, Task& task, std::vector<std::string>& warnings) {
+    loop = {.task = &task, .stop = &stops[index(thread)]};
+    const ThreadSetup& wanted = setup.threads[index(thread)];
+    const ThreadOptions options{.name = kFlightThreadNames[index(thread)],
+                                .priority = wanted.priority,
+                                .core = wanted.core,
+                                .stack_bytes = thread == FlightThread::kNav ? kNavStackBytes : kStackBytes};
+    return threads[index(thread)].start(options, &Loop<Task>::run, &loop, warnings);
+  }
+
+  /// The log's thread: it may wait for the disk, nobody waits for it.
+  struct LogTask {
+    LogWriter* writer;
+    LinuxClock* clock;
+    void run_once() {
+      constexpr Duration kPeriod = Duration::from_ms(10);
+      writer->drain(clock->now());
+      clock->wait_until(clock->now() + kPeriod);
+    }
+  };
+
+  static constexpr std::size_t kStackBytes = std::size_t{256} << 10;
+  static constexpr std::size_t kNavStackBytes = std::size_t{1} << 20;  // Eigen's temporaries
+
+  const FlightSetup setup;
+  std::array<std::atomic<bool>, kFlightThreadNames.size()> stops{};
+  NoSink no_sink;
+  std::string log_name;
+  std::unique_ptr<LcmLogWriter> log_file;
+  std::unique_ptr<LcmSink> tick_lcm;  // one per thread: they share no lock
+  std::unique_ptr<LcmSink> nav_lcm;
+
+  std::array<LinuxClock, kFlightThreadNames.size()> clocks;
+  ThreadLog imu_log{"imu", kSmallLogBytes};
+  ThreadLog range_log{"range", kSmallLogBytes};
+  ThreadLog camera_log{"camera", kImageLogBytes};
+  ThreadLog tick_log{"tick", kTickLogBytes};
+  ThreadLog nav_log{"nav", kNavLogBytes};
+  std::optional<LogWriter> writer;
+  LogTask log_task{};
+
+  std::unique_ptr<SerialPort> imu_port;
+  std::unique_ptr<CameraPort> camera_port;
+  std::unique_ptr<I2cBus> range_bus;
+  std::unique_ptr<CanSocket> range_socket;
+  std::optional<ImuTask> imu;
+  std::optional<CameraTask> camera;
+  std::optional<LidarLiteTask> lidar_lite;
+  std::optional<CanRangeTask> can_range;
+  std::optional<TickTask> tick;
+  NavTask<FlightConfig>* nav = nullptr;
+
+  Loop<ImuTask> imu_loop;
+  Loop<CameraTask> camera_loop;
+  Loop<LidarLiteTask> lidar_lite_loop;
+  Loop<CanRangeTask> can_range_loop;
+  Loop<TickTask> tick_loop;
+  Loop<NavTask<FlightConfig>> nav_loop;
+  Loop<LogTask> log_loop;
+  std::array<RealtimeThread, kFlightThreadNames.size()> threads;
+
+  LinuxClock& clock(FlightThread thread) { return clocks[index(thread)]; }
+  void open_log(std::vector<std::string>& faults);
+  void open_telemetry(std::vector<std::string>& faults);
+  void open_devices(std::vector<std::string>& faults);
+  void put_together();
+  std::uint64_t ranges() const {
+    return lidar_lite ? lidar_lite->samples() : can_range ? can_range->samples() : 0;
+  }
+  void describe(FlightSummary& summary) const;
+};
+
+void FlightProcess::Parts::open_log(std::vector<std::string>& faults) {
+  if (setup.log.empty()) return;
+  log_name = free_name(setup.log);
+  std::string error;
+  log_file = LcmLogWriter::open(log_name, error);
+  if (log_file == nullptr) {
+    faults.push_back("log: " + error);
+  } else if (!ok(write_session(*log_file, setup, clock_now())) || !ok(log_file->flush())) {
+    faults.push_back("log: " + log_name + " cannot be written");
+  }
+}
+
+void FlightProcess::Parts::open_telemetry(std::vector<std::string>& faults) {
+  if (setup.lcm_url.empty()) return;
+  std::string error;
+  tick_lcm = LcmSink::open(setup.lcm_url, error);
+  if (tick_lcm != nullptr) nav_lcm = LcmSink::open(setup.lcm_url, error);
+  if (nav_lcm == nullptr) faults.push_back("lcm: " + error);
+}
+
+void FlightProcess::Parts::open_devices(std::vector<std::string>& faults) {
+  const auto take = [&faults](const char* name, auto&& port, const std::string& error) {
+    if (port == nullptr) faults.push_back(std::string(name) + ": " + error);
+    return std::move(port);
+  };
+  std::string error;
+  imu_port = take("imu", LinuxSerialPort::open(setup.imu.device, {.baud = setup.imu.settings.baud}, error), error);
+  if (setup.camera.socket.empty()) {
+    V4l2CameraOptions options;
+    options.device = setup.camera.device;
+    options.sensor = setup.camera.subdevice;
+    camera_port = take("camera", V4l2Camera::open(options, error), error);
+  } else {
+    camera_port = take("camera", FrameSocket::open(setup.camera.socket, error), error);
+  }
+  if (setup.range.kind == RangeDevice::kLidarLite) {
+    range_bus = take("range", LinuxI2cBus::open(setup.range.device, error), error);
+  } else if (setup.range.kind == RangeDevice::kCan) {
+    range_socket = take("range", LinuxCanSocket::open(setup.range.device, error), error);
+  }
+}
+
+void FlightProcess::Parts::put_together() {
+  LogSink& file = log_file == nullptr ? static_cast<LogSink&>(no_sink) : *log_file;
+  writer.emplace(file, std::vector{&imu_log.log, &range_log.log, &camera_log.log, &nav_log.log}, tick_log.log);
+  log_task = {.writer = &*writer, .clock = &clock(FlightThread::kLog)};
+  SensorRings& rings = sensor_rings();
+  NavLink& link = nav_link();
+  Clock& tick_clock = clock(FlightThread::kTick);
+  imu.emplace(*imu_port, setup.imu.settings, rings, clock(FlightThread::kImu), tick_clock, imu_log.log);
+  camera.emplace(*camera_port, setup.camera, setup.calibration.camera, rings, clock(FlightThread::kCamera),
+                 camera_log.log);
+  if (range_bus != nullptr) {
+    lidar_lite.emplace(*range_bus, setup.range.lidar_lite, rings, clock(FlightThread::kRange), range_log.log);
+  }
+  if (range_socket != nullptr) {
+    can_range.emplace(*range_socket, setup.range.can, rings, clock(FlightThread::kRange), range_log.log);
+  }
+  const auto sink = [this](const std::unique_ptr<LcmSink>& lcm) -> TelemetrySink& {
+    return lcm == nullptr ? static_cast<TelemetrySink&>(no_sink) : *lcm;
+  };
+  Clock& nav_clock = clock(FlightThread::kNav);
+  tick.emplace(setup.parameters.estimator.imu, rings, link, tick_clock, nav_clock, tick_log.log, sink(tick_lcm));
+  static std::optional<FlightTracker<FlightConfig>> tracker;
+  tracker.emplace(setup.calibration.camera, setup.parameters.tracker);
+  static std::optional<NavTask<FlightConfig>> nav_task;
+  nav = &nav_task.emplace(setup.calibration, setup.parameters, *tracker, rings, link, nav_clock, nav_log.log,
+                          sink(nav_lcm));
+}
+
+FlightProcess::FlightProcess(const FlightSetup& setup) : parts_(std::make_unique<Parts>(setup)) {}
+FlightProcess::~FlightProcess() = default;
+
+const std::string& FlightProcess::log_file() const { return parts_->log_name; }
+
+void FlightProcess::open(std::vector<std::string>& faults) {
+  parts_->open_devices(faults);
+  parts_->open_telemetry(faults);
+  if (faults.empty()) parts_->open_log(faults);  // a start that fails leaves no empty logs
+  if (faults.empty()) parts_->put_together();
+}
+
+// Those that are woken before those that wake them; the devices last.
+bool FlightProcess::start(std::vector<std::string>& warnings) {
+  Parts& p = *parts_;
+  if (const std::string warning = lock_memory(); !warning.empty()) warnings.push_back(warning);
+  bool started = p.start(FlightThread::kLog, p.log_loop, p.log_task, warnings) &&
+                 p.start(FlightThread::kNav, p.nav_loop, *p.nav, warnings) &&
+                 p.start(FlightThread::kTick, p.tick_loop, *p.tick, warnings) &&
+                 p.start(FlightThread::kCamera, p.camera_loop, *p.camera, warnings);
+  if (p.lidar_lite) started = started && p.start(FlightThread::kRange, p.lidar_lite_loop, *p.lidar_lite, warnings);
+  if (p.can_range) started = started && p.start(FlightThread::kRange, p.can_range_loop, *p.can_range, warnings);
+  return started && p.start(FlightThread::kImu, p.imu_loop, *p.imu, warnings);
+}
+
+bool FlightProcess::self_test(Duration timeout, const std::function<bool()>& stopped, std::vector<std::string>& lines) {
+  const Parts& p = *parts_;
+  LinuxClock clock;
+  const bool has_range = p.setup.range.kind != RangeDevice::kNone;
+  const Time end = clock.now() + timeout;
+  const auto silent = [&] {
+    return p.imu->samples() == 0 || p.camera->images() == 0 || (has_range && p.ranges() == 0);
+  };
+  constexpr Duration kLook = Duration::from_ms(20);
+  while (silent() && clock.now() < end && !stopped()) clock.wait_until(clock.now() + kLook);
+  const auto tell = [&lines](const char* name, std::uint64_t count, const std::string& reason) {
+    lines.push_back(std::string(name) + (count > 0 ? ": speaks" : ": silent" + reason));
+  };
+  const bool refused = p.imu->state() == stim300::State::kRefused;
+  tell("imu", p.imu->samples(), refused ? ": it is set up otherwise than the configuration says" : "");
+  tell("camera", p.camera->images(), "");
+  if (has_range) tell("range", p.ranges(), "; flying without ranges until it speaks");
+  return p.imu->samples() > 0 && p.camera->images() > 0;
+}
+
+FlightSummary FlightProcess::stop() {
+  Parts& p = *parts_;
+  // One after the other in the direction of the data, so that what is in the log is whole: every frame has its state.
+  for (const FlightThread thread : {FlightThread::kImu, FlightThread::kCamera, FlightThread::kRange,
+                                    FlightThread::kTick, FlightThread::kNav, FlightThread::kLog}) {
+    p.stops[index(thread)].store(true, std::memory_order_release);
+    p.clock(thread).wake();
+    p.threads[index(thread)].join();
+  }
+  p.writer->drain(clock_now());
+  FlightSummary summary;
+  p.describe(summary);
+  if (p.log_file != nullptr && !ok(p.log_file->flush())) ++summary.not_logged;
+  p.log_file.reset();
+  return summary;
+}
+
+void FlightProcess::Parts::describe(FlightSummary& summary) const {
+  const GateCounters& gate = tick->gate().counters();
+  summary.ticks = tick->account(kJobAssemble).runs();
+  summary.images = nav->job().counters().frames - nav->job().counters().frames_skipped;
+  summary.images_skipped = gate.images_skipped;
+  summary.results_late = gate.results_late;
+  summary.nav_missed = gate.nav_missed;
+  summary.logged = writer->written();
+  summary.not_logged = writer->dropped();
+  char line[160];
+  for (std::size_t job = 0; job < kFlightSchedule.size(); ++job) {
+    const JobAccount& account = tick->account(static_cast<FlightJob>(job));
+    std::snprintf(line, sizeof line, "job %-9s runs %8llu, mean %6.0f us, longest %7.0f us, overruns %llu, slips %llu",
+                  kFlightSchedule[job].name.data(), static_cast<unsigned long long>(account.runs()),
+                  1e6 * account.mean().seconds(), 1e6 * account.max().seconds(),
+                  static_cast<unsigned long long>(account.overruns()), static_cast<unsigned long long>(account.slips()));
+    summary.lines.emplace_back(line);
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);
+  summary.lines.emplace_back(line);
+  for (const RealtimeThread& thread : threads) {
+    if (thread.options().name[0] == '\0') continue;
+    std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,
+                  thread.stack_used(), thread.options().stack_bytes);
+    summary.lines.emplace_back(line);
+  }
+}
+
+}  // namespace plumb

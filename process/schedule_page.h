@@ -1,0 +1,11 @@
+#pragma once
+// The schedule for people.
+
+#include <string>
+
+namespace plumb {
+
+/// The table of docs/executive.md, in Markdown.
+std::string schedule_page();
+
+}  // namespace plumb

@@ -1,0 +1,161 @@
+// plumb-fsw flies with emulated devices on real interfaces, in real time; its log is flown again, from the input frames
+// and from the bytes of the devices, and gives the same bits.
+//
+// PLUMB_LIVE_SECONDS: length of a flight, 12 by default.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <thread>
+
+#include "test/live/emulated_vehicle.h"
+#include "test/support/process.h"
+#include "test/support/temporary_folder.h"
+#include "test/unit/hal/kernel_part.h"
+
+extern char** environ;
+
+namespace plumb::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+double flight_length_s() {
+  const char* wanted = std::getenv("PLUMB_LIVE_SECONDS");
+  return wanted == nullptr ? 12.0 : std::atof(wanted);
+}
+
+std::string configuration(const EmulatedVehicle& vehicle, const fs::path& folder, const std::string& more) {
+  const std::string eye = "T_BS: {data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}\n";
+  return "log: " + (folder / "flight.lcm").string() + "\nimu:\n  device: " + vehicle.imu_device() + "\n  " + eye +
+         "  gyroscope_noise_density: 1e-4\n  gyroscope_random_walk: 1e-5\n"
+         "  accelerometer_noise_density: 2e-3\n  accelerometer_random_walk: 1e-3\n"
+         "camera:\n  socket: " +
+         (folder / "camera").string() +
+         "\n  rate_hz: 20\n  readout_ms: 8\n"
+         "  T_BS: {data: [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1]}\n"
+         "  camera_model: pinhole\n  resolution: [320, 240]\n  intrinsics: [250, 250, 159.5, 119.5]\n"
+         "  distortion_model: none\n" +
+         more;
+}
+
+/// plumb-fsw with its output in a file.
+class FlightProgram {
+ public:
+  /// `niceness`: 0 is the system's usual share of its time, 19 the least.
+  FlightProgram(const fs::path& config, fs::path output, int niceness) : output_(std::move(output)) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 1, output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_adddup2(&actions, 1, 2);
+    std::string words[] = {"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()};
+    char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), words[4].data(), nullptr};
+    EXPECT_EQ(posix_spawnp(&process_, "nice", &actions, nullptr, arguments, environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+
+  /// Exit code.
+  int stop() {
+    kill(process_, SIGTERM);
+    int status = 0;
+    waitpid(process_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string output() const { return content_of(output_); }
+
+ private:
+  fs::path output_;
+  pid_t process_ = -1;
+};
+
+/// The number behind a word in the program's summary.
+long number_after(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  return at == std::string::npos ? -1 : std::atol(text.c_str() + at + word.size());
+}
+
+/// Both ways of flying the log again give a state for most images, the hashes of the flight, and logs without a
+/// difference.
+void expect_equal_replays(const fs::path& folder) {
+  const std::string log = (folder / "flight.lcm").string();
+  for (const std::string how : {"", " --raw"}) {
+    const std::string again = (folder / ("again" + std::string(how.empty() ? "" : "_raw") + ".lcm")).string();
+    const ProgramOutput replay =
+        output_of(std::string(PLUMB_REPLAY) + " --log " + log + how + " --record " + again + " 2>&1");
+    EXPECT_EQ(replay.exit_status, 0) << replay.text;
+    EXPECT_NE(replay.text.find(", all equal"), std::string::npos) << replay.text;
+    EXPECT_GT(number_after(replay.text, "with a state "), 5 * flight_length_s()) << replay.text;
+    const ProgramOutput difference =
+        output_of("PYTHONPATH=" PLUMB_SOURCE_DIR "/tools " PLUMB_PYTHON " -m plumb_tools.hashdiff " + log + " " +
+                  again + " 2>&1");
+    EXPECT_EQ(difference.exit_status, 0) << difference.text;
+  }
+}
+
+struct LiveFlight {
+  std::string output;
+  int exit_code = -1;
+};
+
+LiveFlight fly(const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0) {
+  const double length_s = flight_length_s();
+  const EmulatedVehicle vehicle(folder / "camera", can, length_s + 10.0);
+  const fs::path config = folder / "flight.yaml";
+  std::ofstream(config) << configuration(vehicle, folder, more);
+  FlightProgram program(config, folder / "output", niceness);
+  std::this_thread::sleep_for(std::chrono::duration<double>(length_s));
+  const int exit_code = program.stop();
+  return {.output = program.output(), .exit_code = exit_code};
+}
+
+TEST(LiveFlight, ReplaysBitByBit) {
+  const TemporaryFolder folder;
+  const LiveFlight flight = fly(folder.path(), "", "");
+  ASSERT_EQ(flight.exit_code, 0) << flight.output;
+  EXPECT_GT(number_after(flight.output, "ticks "), 200 * (flight_length_s() - 3)) << flight.output;
+  EXPECT_GT(number_after(flight.output, "images "), 15 * (flight_length_s() - 3)) << flight.output;
+  expect_equal_replays(folder.path());
+}
+
+// Threads that only burn time, beside a flight that has no priority at all.
+TEST(LiveFlight, ReplaysBitByBitWhenTheMachineIsTooSlow) {
+  const TemporaryFolder folder;
+  std::atomic<bool> over{false};
+  std::vector<std::jthread> load;
+  for (unsigned i = 0; i < 4 * std::thread::hardware_concurrency(); ++i) {
+    load.emplace_back([&over] {
+      while (!over.load(std::memory_order_relaxed)) {
+      }
+    });
+  }
+  const LiveFlight flight = fly(folder.path(), "",
+                                "threads:\n  imu: {priority: 0}\n  tick: {priority: 0}\n  camera: {priority: 0}\n"
+                                "  nav: {priority: 0}\n",
+                                5);
+  over = true;
+  load.clear();
+  ASSERT_EQ(flight.exit_code, 0) << flight.output;
+  EXPECT_GT(number_after(flight.output, "results late "), 0) << "not slow enough to show anything: " << flight.output;
+  expect_equal_replays(folder.path());
+}
+
+TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBit) {
+  PLUMB_NEEDS_KERNEL("CAN");
+  const TemporaryFolder folder;
+  const LiveFlight flight = fly(folder.path(), "vcan0",
+                                "range:\n  can: vcan0\n  noise_stddev_m: 0.02\n  max_range_m: 40\n"
+                                "  axis_in_cam: [0, 0, 1]\n  origin_in_cam_m: [0, 0, 0]\n");
+  ASSERT_EQ(flight.exit_code, 0) << flight.output;
+  EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
+  expect_equal_replays(folder.path());
+}
+
+}  // namespace
+}  // namespace plumb::test

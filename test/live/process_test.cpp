@@ -1,0 +1,73 @@
+// plumb-fsw as its user meets it before it flies.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "process/log_file.h"
+#include "process/schedule_page.h"
+#include "test/support/process.h"
+#include "test/support/temporary_folder.h"
+
+namespace plumb::test {
+namespace {
+
+constexpr const char* kExample = PLUMB_SOURCE_DIR "/config/example.yaml";
+constexpr int kBadInput = 2 << 8;  // as waitpid tells an exit code
+
+ProgramOutput fsw(const std::string& arguments) {
+  return output_of(std::string(PLUMB_FSW) + " " + arguments + " 2>&1");
+}
+
+TEST(Process, TheExampleCanBeFlown) {
+  const ProgramOutput run = fsw(std::string("--dry-run ") + kExample);
+  EXPECT_EQ(run.exit_status, 0) << run.text;
+}
+
+TEST(Process, NamesEveryFaultOfAConfigurationAndFliesNothing) {
+  const TemporaryFolder folder;
+  std::string text = content_of(kExample);
+  for (const char* key : {"intrinsics", "accel_range_g", "max_range_m", "vision.pixel_noise"}) {
+    text.replace(text.find(key), 3, "xyz");
+  }
+  const ProgramOutput run = fsw(folder.write("bad.yaml", text).string());
+  EXPECT_EQ(run.exit_status, kBadInput);
+  for (const char* what : {"'camera.intrinsics' is missing", "'imu.xyzel_range_g' is not known",
+                           "'range.max_range_m' is missing", "xyzion.pixel_noise"}) {
+    EXPECT_NE(run.text.find(what), std::string::npos) << what << " in\n" << run.text;
+  }
+}
+
+TEST(Process, NamesEveryDeviceThatIsNotThereAndLeavesNoLog) {
+  const TemporaryFolder folder;
+  std::string text = content_of(kExample);
+  const std::string none = (folder.path() / "none").string();
+  for (const char* device : {"/dev/ttyUSB0", "/dev/video0"}) text.replace(text.find(device), std::strlen(device), none);
+  text.replace(text.find("can0"), 4, "none0");
+  const std::string log = (folder.path() / "flight.lcm").string();
+  const ProgramOutput run = fsw(folder.write("flight.yaml", text).string() + " --log " + log);
+  EXPECT_EQ(run.exit_status, kBadInput) << run.text;
+  for (const char* device : {"imu: ", "camera: ", "range: "}) {
+    EXPECT_NE(run.text.find(device), std::string::npos) << device << " in\n" << run.text;
+  }
+  EXPECT_FALSE(std::filesystem::exists(log));
+}
+
+TEST(Process, ALogNeverTakesThePlaceOfAnother) {
+  const TemporaryFolder folder;
+  const std::string name = (folder.path() / "flight.lcm").string();
+  EXPECT_EQ(free_name(name), name);
+  folder.write("flight.lcm", "");
+  EXPECT_EQ(free_name(name), (folder.path() / "flight-1.lcm").string());
+  folder.write("flight-1.lcm", "");
+  EXPECT_EQ(free_name(name), (folder.path() / "flight-2.lcm").string());
+}
+
+TEST(Process, TheDocumentHasTheScheduleThatFlies) {
+  EXPECT_NE(content_of(PLUMB_SOURCE_DIR "/docs/executive.md").find(schedule_page()), std::string::npos)
+      << "docs/executive.md needs what plumb-fsw --schedule prints:\n"
+      << schedule_page();
+}
+
+}  // namespace
+}  // namespace plumb::test

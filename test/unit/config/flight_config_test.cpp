@@ -1,0 +1,132 @@
+#include "config/flight_config.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "config/input_error.h"
+
+namespace plumb {
+namespace {
+
+const std::string kSound = R"(log: flight.lcm
+lcm: udpm://239.255.76.67:7667?ttl=0
+imu:
+  device: /dev/ttyS1
+  accel_range_g: 10
+  T_BS: {data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
+  gyroscope_noise_density: 1e-4
+  gyroscope_random_walk: 2e-5
+  accelerometer_noise_density: 3e-3
+  accelerometer_random_walk: 4e-3
+camera:
+  socket: /run/plumb/camera
+  rate_hz: 20
+  exposure_ms: 4
+  T_BS: {data: [0, -1, 0, 0.5, 1, 0, 0, 0.25, 0, 0, 1, 0.125, 0, 0, 0, 1]}
+  camera_model: pinhole
+  resolution: [640, 480]
+  intrinsics: [400, 410, 319.5, 239.5]
+  distortion_model: none
+range:
+  can: can0
+  node_id: 42
+  noise_stddev_m: 0.05
+  max_range_m: 40
+  axis_in_cam: [0, 0, 1]
+  origin_in_cam_m: [0, 0.02, 0]
+parameters:
+  vision.pixel_noise: 0.8
+threads:
+  tick: {priority: 90, core: 3}
+)";
+
+/// The sound file with a piece of it replaced.
+std::string with(const std::string& piece, const std::string& by) {
+  std::string text = kSound;
+  const std::size_t at = text.find(piece);
+  EXPECT_NE(at, std::string::npos) << piece;
+  return text.replace(at, piece.size(), by);
+}
+
+std::vector<std::string> faults_of(const std::string& text) {
+  std::vector<std::string> faults;
+  read_flight_config("flight.yaml", text, faults);
+  return faults;
+}
+
+bool names(const std::vector<std::string>& faults, const std::string& what) {
+  return std::any_of(faults.begin(), faults.end(),
+                     [&](const std::string& fault) { return fault.find(what) != std::string::npos; });
+}
+
+TEST(FlightConfig, ReadsDevicesCalibrationAndParameters) {
+  std::vector<std::string> faults;
+  const FlightSetup setup = read_flight_config("flight.yaml", kSound, faults);
+  EXPECT_EQ(faults, std::vector<std::string>{});
+  EXPECT_EQ(setup.text, kSound);
+  EXPECT_EQ(setup.imu.device, "/dev/ttyS1");
+  EXPECT_EQ(setup.camera.exposure, Duration::from_ms(4));
+  EXPECT_EQ(setup.calibration.camera.fx, 400.0);
+  EXPECT_NEAR(setup.calibration.sensor.p_IC_m.x(), 0.5, 1e-12);
+  EXPECT_EQ(setup.range.kind, RangeDevice::kCan);
+  EXPECT_EQ(setup.range.can.node_id, 42);
+  EXPECT_EQ(setup.calibration.sensor.p_CR_m.y(), 0.02);
+  EXPECT_EQ(setup.parameters.estimator.imu.gyro_noise_density, 1e-4);
+  EXPECT_EQ(setup.parameters.estimator.vision.pixel_noise_px, 0.8);
+  EXPECT_EQ(setup.threads[static_cast<std::size_t>(FlightThread::kTick)].priority, 90);
+  EXPECT_EQ(setup.threads[static_cast<std::size_t>(FlightThread::kTick)].core, 3);
+  EXPECT_EQ(setup.threads[static_cast<std::size_t>(FlightThread::kNav)].core, -1);
+}
+
+TEST(FlightConfig, FliesWithoutARangeFinder) {
+  const std::size_t at = kSound.find("range:");
+  std::vector<std::string> faults;
+  const FlightSetup setup =
+      read_flight_config("flight.yaml", kSound.substr(0, at) + kSound.substr(kSound.find("parameters:")), faults);
+  EXPECT_EQ(faults, std::vector<std::string>{});
+  EXPECT_EQ(setup.range.kind, RangeDevice::kNone);
+  EXPECT_FALSE(setup.parameters.estimator.range.enabled);
+}
+
+TEST(FlightConfig, NamesEveryFaultAtOnce) {
+  std::string text = with("intrinsics: [400, 410, 319.5, 239.5]", "intrinsics: [400, -410, 319.5, 239.5]");
+  const auto spoil = [&text](const std::string& piece, const std::string& by) {
+    text.replace(text.find(piece), piece.size(), by);
+  };
+  spoil("resolution: [640, 480]", "resolution: [640]");
+  spoil("device: /dev/ttyS1", "deivce: /dev/ttyS1");
+  spoil("node_id: 42", "node_id: 128");
+  spoil("gyroscope_random_walk: 2e-5", "gyroscope_random_walk: much");
+  spoil("vision.pixel_noise: 0.8", "vision.pixel_noise: -1");
+  spoil("axis_in_cam: [0, 0, 1]", "axis_in_cam: [0, 0, 2]");
+  spoil("core: 3", "core: 3.5");
+  const std::vector<std::string> faults = faults_of(text);
+  for (const char* what :
+       {"camera.intrinsics", "camera.resolution", "'imu.device' is missing", "imu.deivce", "range.node_id",
+        "imu.gyroscope_random_walk", "vision.pixel_noise", "range.axis_in_cam", "threads.tick.core"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 9U);
+}
+
+TEST(FlightConfig, RefusesWhatNobodyKnows) {
+  EXPECT_TRUE(names(faults_of(with("rate_hz: 20", "rate: 20")), "camera.rate"));
+  EXPECT_TRUE(names(faults_of(with("lcm:", "lmc:")), "'lmc'"));
+}
+
+TEST(FlightConfig, RefusesPartsThatDoNotFitEachOther) {
+  EXPECT_TRUE(names(faults_of(with("resolution: [640, 480]", "resolution: [1640, 480]")), "752 x 480"));
+  EXPECT_TRUE(names(faults_of(with("socket: /run/plumb/camera", "rate_hz: 30\n  device: /dev/video0")), "rate_hz"))
+      << "twice in one map";
+  EXPECT_TRUE(names(faults_of(with("can: can0", "can: can0\n  i2c: /dev/i2c-1")), "either i2c or can"));
+  EXPECT_TRUE(names(faults_of(with("accel_range_g: 10", "rate_hz: 300")), "STIM300"));
+}
+
+TEST(FlightConfig, TextThatIsNoYamlIsOneFault) {
+  EXPECT_EQ(faults_of("log: [").size(), 1U);
+  EXPECT_EQ(faults_of("").size(), 1U);
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,91 @@
+"""Where two logs of one flight part: the first frame and field that differ in a bit.
+
+What is compared is what the flight software computes and what it computes it from: INPUT_FRAME by tick, NAV_STATE by
+image, NAV_OUTPUT by time. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import lcm
+
+from plumb_tools.sim.devices.messages import types
+
+#: Channel, type, and the field that says which frame it is.
+_COMPARED = (
+    ("INPUT_FRAME", "input_frame_t", "tick"),
+    ("NAV_STATE", "nav_state_t", "sequence"),
+    ("NAV_OUTPUT", "nav_output_t", "time_ns"),
+)
+
+
+def bits(value: object) -> object:
+    """What two values agree in only if they agree in every bit: a NaN is itself, and -0 is not 0."""
+    return struct.pack(">d", value) if isinstance(value, float) else value
+
+
+def differing_fields(a: Any, b: Any, name: str = "") -> Iterator[tuple[str, object, object]]:
+    """Every field in which two messages of a type, or parts of them, differ, in the order of the type."""
+    if hasattr(a, "__slots__"):
+        for field in a.__slots__:
+            yield from differing_fields(getattr(a, field), getattr(b, field), f"{name}.{field}" if name else field)
+    elif isinstance(a, (list, tuple)):
+        for index, (one, other) in enumerate(zip(a, b, strict=True)):
+            yield from differing_fields(one, other, f"{name}[{index}]")
+    elif bits(a) != bits(b):
+        yield name, a, b
+
+
+def frames(log: Path) -> dict[str, dict[int, bytes]]:
+    """The messages of each compared channel, by frame."""
+    found: dict[str, dict[int, bytes]] = {channel: {} for channel, _, _ in _COMPARED}
+    decoders = {channel: (getattr(types(), name), key) for channel, name, key in _COMPARED}
+    with log.open("rb"):  # LCM would end the program with a message of its own
+        pass
+    for event in lcm.EventLog(str(log), "r"):
+        if event.channel not in decoders:
+            continue
+        decoder, key = decoders[event.channel]
+        found[event.channel][getattr(decoder.decode(event.data), key)] = event.data
+    return found
+
+
+def first_difference(a: dict[int, bytes], b: dict[int, bytes], message_type: Any) -> str | None:
+    """What the first frame says in which the two differ; nothing when they are equal."""
+    for frame in sorted(a.keys() | b.keys()):
+        if frame not in a or frame not in b:
+            return f"{frame}: only in the {'second' if frame in b else 'first'} log"
+        if a[frame] == b[frame]:
+            continue
+        for field, one, other in differing_fields(message_type.decode(a[frame]), message_type.decode(b[frame])):
+            return f"{frame}, {field}: {one!r} and {other!r}"
+    return None
+
+
+def main(arguments: list[str]) -> int:
+    """Compares the logs named on the command line."""
+    parser = argparse.ArgumentParser(prog="hashdiff", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("logs", metavar="LOG", nargs=2, type=Path, help="LCM event log of plumb-fsw or plumb-replay")
+    options = parser.parse_args(arguments)
+    try:
+        one, other = (frames(log) for log in options.logs)
+    except (OSError, ValueError) as error:
+        print(f"hashdiff: {error}", file=sys.stderr)
+        return 2
+    different = False
+    for channel, name, key in _COMPARED:
+        difference = first_difference(one[channel], other[channel], getattr(types(), name))
+        count = len(one[channel])
+        print(f"{channel}: {f'first difference at {key} {difference}' if difference else f'{count} equal'}")
+        different |= difference is not None
+    return int(different)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,78 @@
+"""tools/hashdiff: two logs are the same in every bit, or the first that is not is named."""
+
+import math
+from pathlib import Path
+
+import lcm
+import pytest
+
+from plumb_tools import hashdiff
+from plumb_tools.sim.devices.messages import types
+
+
+def _frame(tick: int, gyro: float = 0.0) -> bytes:
+    frame = types().input_frame_t()
+    frame.tick = tick
+    frame.imu_count = 1
+    frame.imu[0].gyro_rad_s = (0.0, gyro, 0.0)
+    return frame.encode()
+
+
+def _state(sequence: int, state_hash: int) -> bytes:
+    state = types().nav_state_t()
+    state.sequence = sequence
+    state.state_hash = state_hash
+    return state.encode()
+
+
+def _log(path: Path, events: list[tuple[str, bytes]]) -> Path:
+    log = lcm.EventLog(str(path), mode="w", overwrite=True)
+    for channel, message in events:
+        log.write_event(0, channel, message)
+    log.close()
+    return path
+
+
+@pytest.fixture(name="sound")
+def fixture_sound() -> list[tuple[str, bytes]]:
+    """The messages of a short flight."""
+    return [
+        ("INPUT_FRAME", _frame(0)),
+        ("NAV_STATE", _state(5, 77)),
+        ("INPUT_FRAME", _frame(1, math.nan)),
+        ("TIMING", b"what a flight took is of no interest"),
+    ]
+
+
+def test_equal_in_whatever_order_they_were_written(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:
+    one = _log(tmp_path / "one.lcm", sound)
+    other = _log(tmp_path / "other.lcm", list(reversed(sound)))
+    assert hashdiff.main([str(one), str(other)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("place", "changed", "expected"),
+    [
+        (0, ("INPUT_FRAME", _frame(0, -0.0)), "tick 0, imu[0].gyro_rad_s[1]: 0.0 and -0.0"),
+        (1, ("NAV_STATE", _state(5, 78)), "sequence 5, state_hash: 77 and 78"),
+        (2, ("INPUT_FRAME", _frame(9)), "tick 1: only in the first log"),
+    ],
+)
+def test_names_the_first_frame_and_field(
+    tmp_path: Path,
+    sound: list[tuple[str, bytes]],
+    capsys: pytest.CaptureFixture[str],
+    place: int,
+    changed: tuple[str, bytes],
+    expected: str,
+) -> None:
+    one = _log(tmp_path / "one.lcm", sound)
+    sound[place] = changed
+    other = _log(tmp_path / "other.lcm", sound)
+    assert hashdiff.main([str(one), str(other)]) == 1
+    assert expected in capsys.readouterr().out
+
+
+def test_a_log_that_is_not_there(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:
+    one = _log(tmp_path / "one.lcm", sound)
+    assert hashdiff.main([str(one), str(tmp_path / "none.lcm")]) == 2
