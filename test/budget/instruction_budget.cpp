@@ -75,7 +75,7 @@ int run(int argc, char** argv) {
   }
   const std::string config = argv[2];
   const std::size_t images = argc == 4 ? std::strtoul(argv[3], nullptr, 10) : std::numeric_limits<std::size_t>::max();
-  const auto source = replay::open_asl({.folder = argv[1]});
+  const auto source = replay::open_asl({.folder = argv[1], .parameters = {}});
   if (config == PaperConfig::kName)
     fly<PaperConfig>(*source, images);
   else if (config == FlightConfig::kName)
