@@ -14,7 +14,7 @@
 #include "fsw/vision/flight_kernels.h"
 #include "test/budget/instruction_mark.h"
 #include "tools/replay/asl_reader.h"
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::budget {
 namespace {
@@ -83,7 +83,7 @@ int run(int argc, char** argv) {
   else if (config == SelfCalibratingConfig::kName)
     fly<SelfCalibratingConfig>(*source, images);
   else
-    throw replay::InputError("unknown configuration '" + config + "'");
+    throw InputError("unknown configuration '" + config + "'");
   return 0;
 }
 

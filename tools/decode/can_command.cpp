@@ -9,7 +9,7 @@
 #include "drivers/can_range/candump.h"
 #include "drivers/can_range/decoder.h"
 #include "tools/decode/bytes.h"
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::decode {
 namespace {
@@ -82,7 +82,7 @@ void CanCommand::run() {
                 reading->sample.range_m, name_of(reading->sample.quality));
   }
   if (readings == 0) {
-    throw replay::InputError(file_ + ": no measurement in " + std::to_string(frames) + " frames and " +
+    throw InputError(file_ + ": no measurement in " + std::to_string(frames) + " frames and " +
                              std::to_string(other_lines) + " other lines; do protocol, node and identifier fit?");
   }
   std::fflush(stdout);  // the counts come last

@@ -9,7 +9,7 @@
 #include "drivers/lidar_lite/capture.h"
 #include "tools/decode/bytes.h"
 #include "tools/decode/i2c_trace.h"
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::decode {
 namespace {
@@ -78,7 +78,7 @@ void LidarLiteCommand::run() {
   }
   const I2cTraceCounters& counters = trace.counters();
   if (measured.empty()) {
-    throw replay::InputError(file_ + ": no measurement in " + std::to_string(counters.transfers) +
+    throw InputError(file_ + ": no measurement in " + std::to_string(counters.transfers) +
                              " transfers with the device, " + std::to_string(counters.others) +
                              " other transfers; does the model fit, and did a program measure meanwhile?");
   }

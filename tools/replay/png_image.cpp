@@ -2,7 +2,7 @@
 
 #include <png.h>
 
-#include "tools/replay/input_error.h"
+#include "config/input_error.h"
 
 namespace plumb::replay {
 

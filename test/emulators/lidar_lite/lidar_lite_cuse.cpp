@@ -3,7 +3,8 @@
 //   lidar_lite_cuse NAME v3|v3hp|v4led      serves /dev/NAME until it is ended
 //
 // What the device sees is set by lines on standard input: `range_m METRES`, `no_target`, `dead 0|1`, `refuse_next N`.
-// "ready" is printed once the device can be opened. Needs CUSE in the kernel (module cuse) and the right to use it.
+// "ready" is printed once the device can be opened, and again when a line has been obeyed. Needs CUSE in the kernel
+// (module cuse) and the right to use it.
 
 #define FUSE_USE_VERSION 31
 #include <cuse_lowlevel.h>
@@ -105,6 +106,7 @@ void obey(Server& server) {
     if (what == "no_target") server.device.set_range_m(std::nullopt);
     if (what == "dead") server.device.world.dead = value != 0.0;
     if (what == "refuse_next") server.device.world.refuse_next = static_cast<int>(value);
+    std::cout << "ready" << std::endl;
   }
 }
 

@@ -29,27 +29,36 @@ class LidarLiteServed {
     close(to_server[0]);
     close(from_server[1]);
     world_ = to_server[1];
-    char ready[6]{};
-    EXPECT_EQ(read(from_server[0], ready, 5), 5);
-    EXPECT_STREQ(ready, "ready");
+    answers_ = from_server[0];
+    expect_ready();
     for (int i = 0; i < 100 && access(kDevice, R_OK | W_OK) != 0; ++i) usleep(10'000);
-    close(from_server[0]);
   }
   ~LidarLiteServed() {
     close(world_);
     kill(process_, SIGTERM);
     waitpid(process_, nullptr, 0);
+    close(answers_);
   }
+  LidarLiteServed(const LidarLiteServed&) = delete;
+  LidarLiteServed& operator=(const LidarLiteServed&) = delete;
+
   void set(const std::string& line) const {
     const std::string whole = line + "\n";
     EXPECT_EQ(write(world_, whole.data(), whole.size()), static_cast<ssize_t>(whole.size()));
-    usleep(50'000);  // the server reads it on a thread of its own
+    expect_ready();
   }
   static constexpr const char* kDevice = "/dev/i2c-lidar";
 
  private:
+  void expect_ready() const {
+    char ready[7]{};
+    EXPECT_EQ(read(answers_, ready, 6), 6);
+    EXPECT_STREQ(ready, "ready\n");
+  }
+
   pid_t process_ = -1;
-  int world_ = -1;
+  int world_ = -1;    ///< to its standard input
+  int answers_ = -1;  ///< from its standard output
 };
 
 }  // namespace plumb::test

@@ -101,6 +101,9 @@ void CameraDaemon::exchange() {
     }
   }
   while (sensor_.next_end_ns() <= now_ns()) {
+    // On a machine too busy to make every image, those that are late are lost instead of later and later.
+    const bool late = now_ns() - sensor_.next_end_ns() > 2 * sensor_.period_ns();
+    if (late && sensor_.world.lose_next == 0) sensor_.world.lose_next = 1;
     const std::optional<Ov7251Image> image = sensor_.next_image();
     if (image && streaming_ && client_ >= 0) send_frame(*image);
   }

@@ -58,8 +58,9 @@ void take_buffer(std::span<const std::uint8_t> data) {
   const auto height = static_cast<std::int32_t>(data[2]) - 1;
   const auto format = static_cast<GreyFormat>(data[0] % 3);
   std::vector<std::uint8_t> unpacked;
-  const Result<ImageView> image = to_grey(
-      {.format = format, .width = width, .height = height, .stride = data[3], .bytes = data.subspan(kHeader)}, unpacked);
+  const Result<ImageView> image =
+      to_grey({.format = format, .width = width, .height = height, .stride = data[3], .bytes = data.subspan(kHeader)},
+              unpacked);
   if (image) look_at(*image);
 }
 

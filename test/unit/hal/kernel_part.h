@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 // A host's own interfaces are never touched.
-#define PLUMB_NEEDS_KERNEL(part)                                                                  \
-  if (std::getenv("PLUMB_TEST_KERNEL") == nullptr) {                                              \
-    GTEST_SKIP() << "needs " part " of a kernel made for the test, see the test buses_in_kernel"; \
+#define PLUMB_NEEDS_KERNEL(part)                                                                         \
+  if (std::getenv("PLUMB_TEST_KERNEL") == nullptr) {                                                     \
+    GTEST_SKIP() << "needs " part " of a kernel made for the test, see test/target and buses_in_kernel"; \
   }
