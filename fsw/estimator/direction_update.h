@@ -21,6 +21,7 @@
 #include "fsw/estimator/imu_buffer.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/update_stack.h"
+#include "fsw/math/exact.h"
 #include "fsw/measurement/samples.h"
 
 namespace plumb {
@@ -70,7 +71,7 @@ class DirectionUpdate {
   using Rows = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
   static Vec3 unit(const std::array<double, 3>& v) { return Vec3(v.data()).normalized(); }
-  static double azimuth(const Vec3& v) { return std::atan2(v.y(), v.x()); }
+  static double azimuth(const Vec3& v) { return exact::atan2(v.y(), v.x()); }
   double sigma_rad(const DirectionSample& sample) const { return noise_rad_[static_cast<std::size_t>(sample.source)]; }
 
   bool take_newest(DirectionSource source, Time t, DirectionSample& out, EstimatorCounters& counters);

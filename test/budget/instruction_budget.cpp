@@ -9,12 +9,12 @@
 #include <optional>
 #include <string>
 
+#include "config/input_error.h"
 #include "fsw/app/nav_system.h"
 #include "fsw/vision/feature_tracker_impl.h"
 #include "fsw/vision/flight_kernels.h"
 #include "test/budget/instruction_mark.h"
 #include "tools/replay/asl_reader.h"
-#include "config/input_error.h"
 
 namespace plumb::budget {
 namespace {

@@ -6,10 +6,10 @@
 #include <sstream>
 #include <string>
 
+#include "config/input_error.h"
 #include "drivers/can_range/candump.h"
 #include "drivers/can_range/decoder.h"
 #include "tools/decode/bytes.h"
-#include "config/input_error.h"
 
 namespace plumb::decode {
 namespace {
@@ -83,7 +83,7 @@ void CanCommand::run() {
   }
   if (readings == 0) {
     throw InputError(file_ + ": no measurement in " + std::to_string(frames) + " frames and " +
-                             std::to_string(other_lines) + " other lines; do protocol, node and identifier fit?");
+                     std::to_string(other_lines) + " other lines; do protocol, node and identifier fit?");
   }
   std::fflush(stdout);  // the counts come last
   const can_range::Counters& counters = decoder.counters();

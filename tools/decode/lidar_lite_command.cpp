@@ -6,10 +6,10 @@
 #include <sstream>
 #include <string>
 
+#include "config/input_error.h"
 #include "drivers/lidar_lite/capture.h"
 #include "tools/decode/bytes.h"
 #include "tools/decode/i2c_trace.h"
-#include "config/input_error.h"
 
 namespace plumb::decode {
 namespace {
@@ -79,8 +79,8 @@ void LidarLiteCommand::run() {
   const I2cTraceCounters& counters = trace.counters();
   if (measured.empty()) {
     throw InputError(file_ + ": no measurement in " + std::to_string(counters.transfers) +
-                             " transfers with the device, " + std::to_string(counters.others) +
-                             " other transfers; does the model fit, and did a program measure meanwhile?");
+                     " transfers with the device, " + std::to_string(counters.others) +
+                     " other transfers; does the model fit, and did a program measure meanwhile?");
   }
   std::fflush(stdout);  // the counts come last
   std::fprintf(stderr,

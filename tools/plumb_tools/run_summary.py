@@ -14,7 +14,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-KINDS = ("unit", "law", "replay", "campaign", "check", "python", "sanitize")
+KINDS = ("unit", "law", "replay", "campaign", "target", "check", "python", "sanitize")
 
 
 @dataclass

@@ -22,7 +22,7 @@ BIT_FILES = ("states.csv", "covariance.csv", "features.csv", "trajectory_imu.tum
 @pytest.fixture(autouse=True)
 def _built() -> None:
     if shutil.which(EMULATOR[0]) is None or not all((folder / "plumb-replay").is_file() for folder in (HOST, ARM64)):
-        pytest.skip("tools/setup --arm64 was not run, or the presets exact and arm64-exact are not built")
+        pytest.skip("the presets exact and arm64-exact are not built: tools/test --arm64")
 
 
 def _first_images(recording: Path, to: Path, images: int) -> Path:

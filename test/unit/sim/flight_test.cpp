@@ -28,6 +28,7 @@ class ListeningEstimator {
     ++counters_.ranges;
     return Status::kOk;
   }
+  Status add_direction(const DirectionSample&) { return Status::kOk; }
   bool imu_reaches(Time t) const { return newest_imu_ >= t; }
   MotionPrediction predict_motion(Time) const { return {}; }
   Status process(const Frame& frame) {
