@@ -21,10 +21,11 @@ TEST(Parameters, EveryOptionHasARow) {
   EXPECT_EQ(rows_of("imu"), member_count<ImuOptions>());
   EXPECT_EQ(rows_of("vision"), member_count<VisionOptions>());
   EXPECT_EQ(rows_of("range"), member_count<RangeOptions>());
+  EXPECT_EQ(rows_of("direction"), member_count<DirectionOptions>());
   EXPECT_EQ(rows_of("start"), member_count<StartOptions>());
   EXPECT_EQ(rows_of("tracker"), member_count<TrackerOptions>() - 1);  // the seed is no setting of the flight
   EXPECT_EQ(rows_of("calibration"), member_count<CalibrationOptions>());
-  EXPECT_EQ(member_count<EstimatorOptions>(), 5U);
+  EXPECT_EQ(member_count<EstimatorOptions>(), 6U);
   EXPECT_EQ(member_count<Parameters>(), 2U);
 }
 
