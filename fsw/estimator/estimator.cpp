@@ -21,7 +21,7 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
     : options_(options),
       calibration_(calibration),
       observer_(observer),
-      visual_(options.vision, calibration, options.range.max_features),
+      visual_(options.vision, calibration, options.range),
       range_(options.range),
       direction_(options.direction),
       image_stillness_(options.start, calibration),
@@ -34,6 +34,7 @@ void Estimator<Config>::reset() {
   clear_state();
   tracks_.clear();
   while (!ranges_.empty()) drop_oldest_range(RangeOutcome::kStale);
+  visual_.clear();
   range_.clear();
   direction_.clear();
   image_stillness_.clear();

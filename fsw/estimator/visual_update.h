@@ -28,8 +28,7 @@ class VisualUpdate {
   using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
   using Layout = ErrorLayout<Config>;
 
-  /// `max_ranged`: features in the state that may be ranged ones; they go before others.
-  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged);
+  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, const RangeOptions& range);
 
   /// Preconditions: the newest window pose is that of the image just appended to `tracks`. Ended tracks are used and
   /// then dropped from the table. kNumericalFault: the state cannot be trusted any more.
@@ -41,9 +40,14 @@ class VisualUpdate {
     noise_.follow();
     set_sigma();
   }
-  /// The filter starts at t. Forgets what was learnt of the pixel noise.
+  /// The filter starts at t.
   void start(Time t) {
+    clear();
     last_ranged_t_ = t;
+  }
+  /// Forgets everything.
+  void clear() {
+    last_ranged_t_ = Time::never();
     noise_.clear();
     set_sigma();
   }
@@ -106,12 +110,13 @@ class VisualUpdate {
   void count_tiles(const State& state, Table& tracks);
 
   VisionOptions options_;
-  std::size_t max_ranged_;
+  std::size_t max_ranged_;  ///< features in the state that may be ranged ones; they go before others
+  bool tracks_take_ranges_;
   Vec2 half_fov_;
   double focal_px_;
   PixelNoise<Config::kMaxSlamFeatures> noise_;
-  Time last_ranged_t_;  ///< the last image that made use of a track with a range, or the start
-  double sigma_ = 0.0;  ///< pixel noise in the normalised plane
+  Time last_ranged_t_ = Time::never();  ///< the last image that made use of a track with a range, or the start
+  double sigma_ = 0.0;                  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
   double ranged_min_parallax_ = 0.0;
   ChiSquareTable gate_;

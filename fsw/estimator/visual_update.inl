@@ -4,9 +4,11 @@
 namespace plumb {
 
 template <class Config>
-VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged)
+VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration,
+                                   const RangeOptions& range)
     : options_(options),
-      max_ranged_(static_cast<std::size_t>(max_ranged)),
+      max_ranged_(static_cast<std::size_t>(range.max_features)),
+      tracks_take_ranges_(range.enabled && range.feature),
       half_fov_(calibration.half_fov_x, calibration.half_fov_y),
       focal_px_(calibration.focal_px),
       noise_(options),
@@ -53,7 +55,9 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
 template <class Config>
 bool VisualUpdate<Config>::takes_features(const State& state) const {
   constexpr double kWait_s = 2.0;
-  if ((state.t - last_ranged_t_).seconds() > kWait_s) return true;
+  const bool ranges_tell =
+      tracks_take_ranges_ && last_ranged_t_ != Time::never() && (state.t - last_ranged_t_).seconds() <= kWait_s;
+  if (!ranges_tell) return true;
   constexpr double kSlow_m_s = 0.5;  // below it what counts is the velocity itself
   const ConstMatrixView p = state.covariance();
   const double variance = p(kXiV, kXiV) + p(kXiV + 1, kXiV + 1) + p(kXiV + 2, kXiV + 2);

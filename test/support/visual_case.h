@@ -51,7 +51,7 @@ struct VisualCase {
   using Visual = VisualUpdate<TinyConfig>;
 
   explicit VisualCase(const VisionOptions& options = visual_case_options())
-      : visual(std::make_unique<Visual>(options, calibration, kMaxRanged)) {}
+      : visual(std::make_unique<Visual>(options, calibration, RangeOptions{.max_features = kMaxRanged})) {}
 
   static constexpr int kMaxRanged = 2;
 

@@ -39,6 +39,7 @@ def test_counts_by_kind_and_names_the_reason_to_skip(tmp_path: Path) -> None:
         "replay   1 skipped",
         "         skipped 1: recorded data not found",
         "campaign not run",
+        "target   not run",
         "check    not run",
         "python   1 failed, 1 passed, 1 skipped",
         "         skipped 1: no display",

@@ -45,7 +45,7 @@ TEST(RangedFeature, ItIsWantedWhereTheLaserHitTheGround) {
   int compared = 0;
   feed.on_frame = [&](Feed::Frame& frame) {
     const MotionPrediction asked = feed.estimator->predict_motion(frame.t);
-    const bool settled = frame.t > sim::flight_epoch() + Duration::from_seconds(2.0);  // it starts a little off
+    const bool settled = frame.t > sim::flight_epoch() + Duration::from_seconds(3.0);  // it starts a little off
     if (!settled || asked.wanted.empty() || newest.t > frame.t) return true;
     const auto at = [&](Time t) { return scene.trajectory.at((t - sim::flight_epoch()).seconds()); };
     const sim::TruthState then = at(newest.t);
@@ -105,8 +105,9 @@ TEST(RangedFeature, ARangeGoesToATrackOrToAFacetNeverToBoth) {
 // Nothing can be followed at the laser's spot any more: once no track with a range is left, the facet is asked.
 TEST(RangedFeature, WithoutRangedTracksTheFacetIsAsked) {
   constexpr double kNoMore_s = 2.0;
+  constexpr double kEnd_s = 7.0;         // features for facets wait two seconds for ranged tracks to tell the scale
   constexpr double kAboutTheSpot = 0.1;  // the beam is along the axis, the camera moves little between images
-  Feed feed(test::lively_scene(kLength_s), noise_free_settings());
+  Feed feed(test::lively_scene(kEnd_s), noise_free_settings());
   feed.estimator = estimator_with(true, true, 0.5);
   std::set<std::uint32_t> known;
   feed.on_frame = [&known](Feed::Frame& frame) {
@@ -120,7 +121,7 @@ TEST(RangedFeature, WithoutRangedTracksTheFacetIsAsked) {
   feed.fly_until(kNoMore_s);
   EXPECT_GT(feed.estimator->counters().ranges_feature, 20U);
   const std::uint64_t before = feed.estimator->counters().ranges_used;
-  feed.fly_until(kLength_s);
+  feed.fly_until(kEnd_s);
   EXPECT_GT(feed.estimator->counters().ranges_used, before + 10);
   EXPECT_EQ(feed.estimator->state().mode, NavMode::kRangeVio);
 }

@@ -229,6 +229,29 @@ TEST(VisualUpdate, MoreTracksThanItsBudgetWaitForTheNextImage) {
   });
 }
 
+// After a start the rows of features would take the filter's own changes of mind for knowledge of the scale: tracks are
+// used, and features wait until the velocity is known, or no range is about to tell it.
+TEST(VisualUpdate, FeaturesWaitForTheScale) {
+  struct Wait {
+    double velocity_sigma = 0.0;
+    double started_s = 0.0;  ///< before this image
+    bool features = false;
+  };
+  for (const Wait& wait : {Wait{1e-3, 1.0, false}, Wait{1.0, 1.0, true}, Wait{1e-3, 3.0, true}}) {
+    test::for_all(5, [&wait](test::Generator& g) {
+      VisionOptions options = test::visual_case_options();
+      options.slam_velocity_sigma = wait.velocity_sigma;
+      VisualCase c(options);
+      c.fill(g, 0, 4, 2);
+      c.visual->start(c.state->t - Duration::from_seconds(wait.started_s));
+      c.append_frames();
+      ASSERT_EQ(c.run(), Status::kOk);
+      EXPECT_GT(c.report.msckf_used, 0U);
+      EXPECT_EQ(!c.state->features.empty(), wait.features) << wait.velocity_sigma << ", " << wait.started_s;
+    });
+  }
+}
+
 TEST(VisualUpdate, FeaturesSpreadOverTheImage) {
   test::for_all(10, [](test::Generator& g) {
     VisionOptions options = test::visual_case_options();
