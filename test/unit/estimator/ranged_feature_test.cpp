@@ -35,7 +35,9 @@ std::unique_ptr<Estimator<PaperConfig>> estimator_with(bool feature, bool facet,
 
 // Beam, lever arm and the motion between range and image: the point asked for is where the ray cast of the range hit.
 TEST(RangedFeature, ItIsWantedWhereTheLaserHitTheGround) {
-  const sim::Scene scene = test::lively_scene(kLength_s);
+  constexpr double kSettled_s = 3.0;  // it starts a little off
+  constexpr double kEnd_s = 5.0;
+  const sim::Scene scene = test::lively_scene(kEnd_s);
   Feed feed(scene, noise_free_settings());
   RangeSample newest;
   feed.on_range = [&newest](RangeSample& sample) {
@@ -45,7 +47,7 @@ TEST(RangedFeature, ItIsWantedWhereTheLaserHitTheGround) {
   int compared = 0;
   feed.on_frame = [&](Feed::Frame& frame) {
     const MotionPrediction asked = feed.estimator->predict_motion(frame.t);
-    const bool settled = frame.t > sim::flight_epoch() + Duration::from_seconds(3.0);  // it starts a little off
+    const bool settled = frame.t > sim::flight_epoch() + Duration::from_seconds(kSettled_s);
     if (!settled || asked.wanted.empty() || newest.t > frame.t) return true;
     const auto at = [&](Time t) { return scene.trajectory.at((t - sim::flight_epoch()).seconds()); };
     const sim::TruthState then = at(newest.t);
@@ -56,7 +58,7 @@ TEST(RangedFeature, ItIsWantedWhereTheLaserHitTheGround) {
     ++compared;
     return true;
   };
-  feed.fly_until(kLength_s);
+  feed.fly_until(kEnd_s);
   EXPECT_GT(compared, 20);
 }
 
