@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "hal/linux/bounded_receive.h"
 #include "hal/linux/monotonic_clock.h"
 
 namespace plumb {
@@ -183,20 +184,9 @@ Result<ReceivedCanFrame> LinuxCanSocket::take() {
 }
 
 Result<ReceivedCanFrame> LinuxCanSocket::receive(Duration timeout) {
-  const Time deadline = clock_now() + std::max(timeout, Duration());
-  for (int looked = 0; looked < kMaxFramesPerCall; ++looked) {
-    if (!reopen()) {
-      (void)wait_for(-1, POLLIN, std::min(timeout, kReopenPeriod));  // so that a caller's loop does not spin
-      return Status::kRejected;
-    }
-    const Result<ReceivedCanFrame> taken = take();
-    if (taken || taken.status() == Status::kRejected) return taken;
-    if (taken.status() == Status::kInvalidValue) continue;
-    const Duration left = deadline - clock_now();
-    if (left <= Duration()) return Status::kNotReady;
-    (void)wait_for(socket_, POLLIN, left);  // whatever it says, the next take() tells what there is
-  }
-  return Status::kNotReady;
+  return receive_within(
+      {.timeout = timeout, .reopen_period = kReopenPeriod, .most_looks = kMaxFramesPerCall},
+      [this] { return reopen(); }, [this] { return take(); }, [this] { return socket_; });
 }
 
 Status LinuxCanSocket::send(const CanFrame& frame) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "hal/linux/bounded_receive.h"
 #include "hal/linux/monotonic_clock.h"
 
 namespace plumb {
@@ -145,24 +146,13 @@ Result<PortFrame> FrameSocket::take() {
 
 Result<PortFrame> FrameSocket::receive(Duration timeout) {
   if (!wanted_) return Status::kOutOfOrder;
-  const Time deadline = clock_now() + std::max(timeout, Duration());
-  for (int looked = 0; looked < kMaxMessagesPerCall; ++looked) {
-    if (!come_back()) {
-      (void)wait_for(-1, POLLIN, std::min(timeout, kReopenPeriod));  // so that a caller's loop does not spin
-      return Status::kRejected;
-    }
-    const Result<PortFrame> taken = take();
-    if (taken || taken.status() == Status::kRejected) return taken;
-    if (taken.status() == Status::kInvalidValue) continue;
-    const Duration left = deadline - clock_now();
-    if (left <= Duration()) return Status::kNotReady;
-    (void)wait_for(socket_, POLLIN, left);
-  }
-  return Status::kNotReady;
+  return receive_within(
+      {.timeout = timeout, .reopen_period = kReopenPeriod, .most_looks = kMaxMessagesPerCall},
+      [this] { return come_back(); }, [this] { return take(); }, [this] { return socket_; });
 }
 
 Result<Exposure> FrameSocket::set_exposure(const Exposure& wanted) {
-  if (wanted.time <= Duration() || !(wanted.gain > 0.0) || !std::isfinite(wanted.gain)) return Status::kInvalidValue;
+  if (!can_be_asked_for(wanted)) return Status::kInvalidValue;
   exposure_ = wanted;
   if (has_abilities_) {
     exposure_.time = std::clamp(wanted.time, abilities_.least.time, abilities_.most.time);

@@ -1,9 +1,15 @@
 #pragma once
-// What the implementations of CameraPort do alike with each frame: judge its stamp and count what is missing.
+// What the implementations of CameraPort do alike: judge a frame's stamp, count what is missing, refuse exposures.
+
+#include <cmath>
 
 #include "hal/include/camera_port.h"
 
 namespace plumb {
+
+inline bool can_be_asked_for(const Exposure& exposure) {
+  return exposure.time > Duration() && exposure.gain > 0.0 && std::isfinite(exposure.gain);
+}
 
 class FrameStream {
  public:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "hal/linux/bounded_receive.h"
 #include "hal/linux/monotonic_clock.h"
 
 namespace plumb {
@@ -114,8 +115,16 @@ bool V4l2Camera::come_back() {
   return true;
 }
 
-/// kInvalidValue: what was taken is no image of the mode; look again.
+/// Gives the lent buffer back first. kInvalidValue: what was taken is no image of the mode; look again.
 Result<PortFrame> V4l2Camera::take() {
+  if (lent_ >= 0) {
+    const int error = capture_.queue(static_cast<std::uint32_t>(lent_));
+    lent_ = -1;
+    if (error != 0) {
+      go_away(error);
+      return Status::kRejected;
+    }
+  }
   V4l2Image taken;
   const int error = capture_.dequeue(taken);
   if (error == EAGAIN) return Status::kNotReady;
@@ -146,28 +155,9 @@ Result<PortFrame> V4l2Camera::take() {
 
 Result<PortFrame> V4l2Camera::receive(Duration timeout) {
   if (!wanted_) return Status::kOutOfOrder;
-  const Time deadline = clock_now() + std::max(timeout, Duration());
-  for (int looked = 0; looked < kMaxFramesPerCall; ++looked) {
-    if (!come_back()) {
-      (void)wait_for(-1, POLLIN, std::min(timeout, kReopenPeriod));  // so that a caller's loop does not spin
-      return Status::kRejected;
-    }
-    if (lent_ >= 0) {
-      const int error = capture_.queue(static_cast<std::uint32_t>(lent_));
-      lent_ = -1;
-      if (error != 0) {
-        go_away(error);
-        return Status::kRejected;
-      }
-    }
-    const Result<PortFrame> taken = take();
-    if (taken || taken.status() == Status::kRejected) return taken;
-    if (taken.status() == Status::kInvalidValue) continue;
-    const Duration left = deadline - clock_now();
-    if (left <= Duration()) return Status::kNotReady;
-    (void)wait_for(capture_.file().get(), POLLIN, left);  // whatever it says, the next take() tells what there is
-  }
-  return Status::kNotReady;
+  return receive_within(
+      {.timeout = timeout, .reopen_period = kReopenPeriod, .most_looks = kMaxFramesPerCall},
+      [this] { return come_back(); }, [this] { return take(); }, [this] { return capture_.file().get(); });
 }
 
 Result<Exposure> V4l2Camera::apply(const Exposure& wanted) {
@@ -187,7 +177,7 @@ Result<Exposure> V4l2Camera::apply(const Exposure& wanted) {
 }
 
 Result<Exposure> V4l2Camera::set_exposure(const Exposure& wanted) {
-  if (wanted.time <= Duration() || !(wanted.gain > 0.0) || !std::isfinite(wanted.gain)) return Status::kInvalidValue;
+  if (!can_be_asked_for(wanted)) return Status::kInvalidValue;
   exposure_ = wanted;
   if (!capture_.file().is_open()) return Status::kRejected;
   return apply(wanted);
