@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fsw/math/exact.h"
-#include "fsw/telemetry/messages.h"
+#include "fsw/telemetry/lcm_codec.h"
 #include "plumb_lcm/plumb/calibration_t.hpp"
 #include "plumb_lcm/plumb/input_frame_t.hpp"
 #include "plumb_lcm/plumb/nav_state_t.hpp"
@@ -11,14 +11,6 @@
 
 namespace plumb {
 namespace {
-
-// The generated decoder checks type and length; bytes left over mean that it is not such a message either.
-template <class Message>
-bool read(MessageBytes bytes, Message& message) {
-  if (bytes.size() > kMaxMessageBytes) return false;
-  const auto size = static_cast<int>(bytes.size());
-  return message.decode(bytes.data(), 0, size) == size;
-}
 
 template <std::size_t N>
 void copy(const double (&from)[N], std::array<double, N>& to) {
@@ -29,8 +21,6 @@ template <std::size_t N>
 bool all_finite(const double (&values)[N]) {
   return std::all_of(std::begin(values), std::end(values), [](double value) { return std::isfinite(value); });
 }
-
-bool is_flag(std::int8_t value) { return value == 0 || value == 1; }
 
 template <std::size_t N>
 Status copy_text(const std::uint8_t (&from)[N], std::array<char, N>& to) {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "fsw/telemetry/messages.h"
+#include "fsw/telemetry/lcm_codec.h"
 #include "plumb_lcm/plumb/calibration_t.hpp"
 #include "plumb_lcm/plumb/input_frame_t.hpp"
 #include "plumb_lcm/plumb/nav_health_t.hpp"
@@ -12,14 +12,6 @@
 
 namespace plumb {
 namespace {
-
-template <class Message>
-Result<std::size_t> write(const Message& message, MessageBuffer buffer) {
-  const auto room = static_cast<int>(std::min(buffer.size(), kMaxMessageBytes));
-  const int written = message.encode(buffer.data(), 0, room);
-  if (written < 0) return Status::kFull;
-  return static_cast<std::size_t>(written);
-}
 
 // Counters and hashes are unsigned; LCM has signed integers only. The bits stay.
 std::int64_t as_signed(std::uint64_t value) { return static_cast<std::int64_t>(value); }

@@ -2,19 +2,13 @@
 
 #include <algorithm>
 
+#include "fsw/telemetry/lcm_codec.h"
 #include "plumb_lcm/plumb/event_t.hpp"
 #include "plumb_lcm/plumb/log_gap_t.hpp"
 #include "plumb_lcm/plumb/schedule_t.hpp"
 
 namespace plumb {
 namespace {
-
-template <class Message>
-Result<std::size_t> write(const Message& message, MessageBuffer buffer) {
-  const int written = message.encode(buffer.data(), 0, static_cast<int>(std::min(buffer.size(), kMaxMessageBytes)));
-  if (written < 0) return Status::kFull;
-  return static_cast<std::size_t>(written);
-}
 
 template <std::size_t N>
 void copy(std::string_view from, std::uint8_t (&to)[N]) {

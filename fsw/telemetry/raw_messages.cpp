@@ -2,28 +2,13 @@
 
 #include <algorithm>
 
+#include "fsw/telemetry/lcm_codec.h"
 #include "plumb_lcm/plumb/can_frame_t.hpp"
 #include "plumb_lcm/plumb/i2c_transfer_t.hpp"
 #include "plumb_lcm/plumb/raw_bytes_t.hpp"
 
 namespace plumb {
 namespace {
-
-template <class Message>
-Result<std::size_t> write(const Message& message, MessageBuffer buffer) {
-  const int written = message.encode(buffer.data(), 0, static_cast<int>(std::min(buffer.size(), kMaxMessageBytes)));
-  if (written < 0) return Status::kFull;
-  return static_cast<std::size_t>(written);
-}
-
-template <class Message>
-bool read(MessageBytes bytes, Message& message) {
-  if (bytes.size() > kMaxMessageBytes) return false;
-  const auto size = static_cast<int>(bytes.size());
-  return message.decode(bytes.data(), 0, size) == size;
-}
-
-bool is_flag(std::int8_t value) { return value == 0 || value == 1; }
 
 template <std::size_t N, std::size_t Room>
 void copy(const FixedVector<std::uint8_t, N>& from, std::uint8_t (&to)[Room]) {
