@@ -144,11 +144,7 @@ Result<bool> DirectionUpdate<Config>::fuse(FilterState<Config>& state, UpdateSta
       ++counters.directions_spare;
       continue;
     }
-    Quat turn = Quat::Identity();
-    imu.for_each_interval(sample.t, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
-      turn = turn * so3_exp(state.core.rates({0.5 * (a.gyro_rad_s + b.gyro_rad_s), Vec3::Zero()}).gyro_rad_s * dt);
-    });
-    const Vec3 seen_I = turn.conjugate() * unit(sample.seen_I);
+    const Vec3 seen_I = gyro_rotation(imu, state.core, sample.t, t).conjugate() * unit(sample.seen_I);
     if (!heading_known_) {
       if (!turn_to(state, unit(sample.known_W), state.core.motion.q_WI * seen_I, sigma_rad(sample))) {
         ++counters.directions_spare;
@@ -195,13 +191,11 @@ Status DirectionUpdate<Config>::use(FilterState<Config>& state, UpdateStack<Conf
     return Status::kOk;
   }
   Rows across;
-  across.row(0) = (azimuth_only ? Vec3(east / horizontal) : east).transpose();
-  across.row(1) = known.cross(east).transpose();
+  across << east.transpose(), known.cross(east).transpose();
   const std::size_t rows = azimuth_only ? 1 : 2;
-  const double row_sigma = azimuth_only ? sigma / horizontal : sigma;
-  const Rows jacobian = across * skew(known) / row_sigma;
-  Vec2 residual = across * (seen_W - known) / row_sigma;
-  if (azimuth_only) residual.x() = wrap_angle(azimuth(seen_W) - azimuth(known)) / row_sigma;
+  const Rows jacobian = across * skew(known) / sigma;
+  Vec2 residual = across * (seen_W - known) / sigma;
+  if (azimuth_only) residual.x() = horizontal * wrap_angle(azimuth(seen_W) - azimuth(known)) / sigma;
 
   stack.begin(state);
   MatrixView h = stack.open(rows);

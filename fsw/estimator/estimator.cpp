@@ -21,7 +21,7 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
     : options_(options),
       calibration_(calibration),
       observer_(observer),
-      visual_(options.vision, calibration, options.range),
+      visual_(options.vision, calibration, options.range.max_features),
       range_(options.range),
       direction_(options.direction),
       image_stillness_(options.start, calibration),
@@ -45,6 +45,7 @@ void Estimator<Config>::reset() {
   last_visual_t_ = Time::never();
   last_range_t_ = Time::never();
   last_ranged_track_t_ = Time::never();
+  started_t_ = Time::never();
   last_range_sample_t_ = Time::never();
   range_depths_m_.clear();
   const std::uint32_t resets = nav_.reset_count + 1;
@@ -126,7 +127,7 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
     make_room_for_clone(t);
     state_.clone_camera(frame.sequence, state_.core.rates(imu_.rates_at(t)).gyro_rad_s);
   }
-  status = visual_.run(state_, tracks_, stack_, depth_prior(), report_, observer_);
+  status = visual_.run(state_, tracks_, stack_, depth_prior(), ranges_tell_scale(t), report_, observer_);
   if (!ok(status)) return status;
   if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = t;
   if (!standing_) visual_.follow_noise();  // of an image that repeats the last one, tracks have hardly any

@@ -88,7 +88,8 @@ class Estimator {
     image_stillness_.add_to(h);
     imu_.add_to(h, state_.t);
     h.add(range_depths_m_.data(), range_depths_m_.size());
-    for (const Time t : {last_kept_t_, last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_})
+    for (const Time t :
+         {last_kept_t_, last_visual_t_, last_range_t_, last_range_sample_t_, last_ranged_track_t_, started_t_})
       h.add(static_cast<std::uint64_t>(t.ns()));
     return h.value();
   }
@@ -113,6 +114,7 @@ class Estimator {
   std::optional<LaserSpot> laser_spot(const RangeSample& range, Time t) const;
   bool moves_across(const LaserSpot& spot, Time t) const;
   bool tracks_serve(Time t) const;
+  bool ranges_tell_scale(Time t) const;
   bool give_to_track(const RangeSample& range, Time t);
   void propagate_to(Time t);
   /// Whether the pose of the image at t is to stay in the window: at high image rates not all do, so that the window
@@ -170,6 +172,7 @@ class Estimator {
   Time last_range_t_;         ///< the last range, or image with a ranged track, that was used
   Time last_ranged_track_t_;  ///< the last image whose tracks made use of a range
   Time last_range_sample_t_;
+  Time started_t_;
   FixedVector<double, 3> range_depths_m_;  ///< of the last ranges, along the optical axis, oldest first
 
   NavState nav_;

@@ -37,11 +37,7 @@ MotionPrediction Estimator<Config>::predict_motion(Time stamp) const {
   MotionPrediction out;
   const Time t = state_.calibration().imu_time(stamp);
   if (last_frame_t_ == Time::never() || !imu_.spans(last_frame_t_, t)) return out;
-  Quat dq = Quat::Identity();
-  const CoreState core = initialised_ ? state_.core : CoreState{};
-  imu_.for_each_interval(last_frame_t_, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
-    dq = dq * so3_exp(core.rates({0.5 * (a.gyro_rad_s + b.gyro_rad_s), Vec3::Zero()}).gyro_rad_s * dt);
-  });
+  const Quat dq = gyro_rotation(imu_, initialised_ ? state_.core : CoreState{}, last_frame_t_, t);
   out.valid = true;
   const Quat& q_IC = state_.calibration().sensors().q_IC;
   out.q_CnowCprev = (q_IC.conjugate() * dq.conjugate() * q_IC).normalized();
@@ -108,6 +104,15 @@ template <class Config>
 bool Estimator<Config>::tracks_serve(Time t) const {
   if (!options_.range.facet) return true;
   return last_ranged_track_t_ != Time::never() && (t - last_ranged_track_t_).seconds() <= options_.range.facet_after_s;
+}
+
+/// Whether tracks with a range are about to tell the scale: they have been of use lately, or the filter has just
+/// started. Straight down none is, and only facets between features of the state can.
+template <class Config>
+bool Estimator<Config>::ranges_tell_scale(Time t) const {
+  constexpr double kWait_s = 2.0;
+  if (!options_.range.enabled || !options_.range.feature) return false;
+  return (t - std::max(last_ranged_track_t_, started_t_)).seconds() <= kWait_s;
 }
 
 /// Gives the range to the track that the image at t starts at the laser's spot; an old one nearby may be a corner at an

@@ -36,7 +36,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   tracks_.clear();
   state_.t = t;
   state_.core = core;
-  visual_.start(t);
+  started_t_ = t;
   state_.set_calibration(calibration_, options_.calibration);
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
   drop_ranges_before(t, RangeOutcome::kStale);

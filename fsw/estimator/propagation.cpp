@@ -9,6 +9,14 @@ constexpr double kTurnTime_s = 1.0;
 constexpr auto at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 }  // namespace
 
+Quat gyro_rotation(const ImuBuffer& imu, const CoreState& core, Time from, Time to) {
+  Quat turn = Quat::Identity();
+  imu.for_each_interval(from, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
+    turn = turn * so3_exp(core.rates({0.5 * (a.gyro_rad_s + b.gyro_rad_s), Vec3::Zero()}).gyro_rad_s * dt);
+  });
+  return turn;
+}
+
 void retract_pose(const Vec3& theta, const Vec3& xi_p, Quat& q, Vec3& p) {
   const Quat dq = so3_exp(theta);
   p = dq * p + so3_left_jacobian(theta) * xi_p;

@@ -3,6 +3,7 @@
 // samples up to the horizon, applied to the covariance once.
 
 #include "fsw/estimator/error_state.h"
+#include "fsw/estimator/imu_buffer.h"
 #include "fsw/estimator/options.h"
 #include "fsw/math/strapdown.h"
 
@@ -21,6 +22,9 @@ struct CoreState {
     return without_bias(with_scale(read, gyro_scale, accel_scale), b_gyro_rad_s, b_accel_m_s2);
   }
 };
+
+/// From I at `to` to I at `from`, by the gyro as the core corrects it. Precondition: the buffer spans both.
+Quat gyro_rotation(const ImuBuffer& imu, const CoreState& core, Time from, Time to);
 
 using Mat156 = Eigen::Matrix<double, 15, 6, Eigen::RowMajor>;
 

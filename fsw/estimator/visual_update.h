@@ -28,34 +28,27 @@ class VisualUpdate {
   using Table = TrackTable<Config::kMaxTracks, Config::kMaxPoses>;
   using Layout = ErrorLayout<Config>;
 
-  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, const RangeOptions& range);
+  /// `max_ranged`: features in the state that may be ranged ones; they go before others.
+  VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged);
 
   /// Preconditions: the newest window pose is that of the image just appended to `tracks`. Ended tracks are used and
-  /// then dropped from the table. kNumericalFault: the state cannot be trusted any more.
-  Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, FrameReport& report,
-             StageObserver* observer);
+  /// then dropped from the table. `ranges_tell_scale`: tracks with a range are about to, so that features can wait for
+  /// it. kNumericalFault: the state cannot be trusted any more.
+  Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, bool ranges_tell_scale,
+             FrameReport& report, StageObserver* observer);
 
   /// Lets the pixel noise follow the innovations of the last run().
   void follow_noise() {
     noise_.follow();
     set_sigma();
   }
-  /// The filter starts at t.
-  void start(Time t) {
-    clear();
-    last_ranged_t_ = t;
-  }
-  /// Forgets everything.
+  /// Forgets what was learnt of the pixel noise.
   void clear() {
-    last_ranged_t_ = Time::never();
     noise_.clear();
     set_sigma();
   }
   /// What is remembered from image to image.
-  void add_to(Hash64& hash) const {
-    noise_.add_to(hash);
-    hash.add(static_cast<std::uint64_t>(last_ranged_t_.ns()));
-  }
+  void add_to(Hash64& hash) const { noise_.add_to(hash); }
   double pixel_noise_px() const { return noise_.sigma_px(); }
 
  private:
@@ -75,12 +68,11 @@ class VisualUpdate {
   };
 
   void set_sigma();
-  /// Whether features may enter the state. While the scale is known to a few percent only, the rows that hold a feature
-  /// to the poses are taken at one scale after another, and between them tell the scale, which none of them has seen:
-  /// after a start in slow motion, position was five times as sure as it was right. Tracks are used once, at one state,
-  /// and have no such memory. Only as long as tracks with a range teach the scale: straight down it takes features,
-  /// with the facets between them.
-  bool takes_features(const State& state) const;
+  /// Whether the scale is known well enough for features to enter the state. While it is known to a few percent only,
+  /// the rows that hold a feature to the poses are taken at one scale after another, and between them tell the scale,
+  /// which none of them has seen: after a start in slow motion, position was five times as sure as it was right. Tracks
+  /// are used once, at one state, and have no such memory.
+  bool scale_known(const State& state) const;
   void remove_lost(State& state, Table& tracks);
   void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
   void add_tracks(State& state, Table& tracks, FrameReport& report);
@@ -110,13 +102,11 @@ class VisualUpdate {
   void count_tiles(const State& state, Table& tracks);
 
   VisionOptions options_;
-  std::size_t max_ranged_;  ///< features in the state that may be ranged ones; they go before others
-  bool tracks_take_ranges_;
+  std::size_t max_ranged_;
   Vec2 half_fov_;
   double focal_px_;
   PixelNoise<Config::kMaxSlamFeatures> noise_;
-  Time last_ranged_t_ = Time::never();  ///< the last image that made use of a track with a range, or the start
-  double sigma_ = 0.0;                  ///< pixel noise in the normalised plane
+  double sigma_ = 0.0;  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
   double ranged_min_parallax_ = 0.0;
   ChiSquareTable gate_;

@@ -4,11 +4,9 @@
 namespace plumb {
 
 template <class Config>
-VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration,
-                                   const RangeOptions& range)
+VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged)
     : options_(options),
-      max_ranged_(static_cast<std::size_t>(range.max_features)),
-      tracks_take_ranges_(range.enabled && range.feature),
+      max_ranged_(static_cast<std::size_t>(max_ranged)),
       half_fov_(calibration.half_fov_x, calibration.half_fov_y),
       focal_px_(calibration.focal_px),
       noise_(options),
@@ -29,7 +27,7 @@ void VisualUpdate<Config>::set_sigma() {
 
 template <class Config>
 Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior,
-                                 FrameReport& report, StageObserver* observer) {
+                                 bool ranges_tell_scale, FrameReport& report, StageObserver* observer) {
   {
     StageScope scope(observer, Stage::kVisualRows);
     noise_.begin_image();
@@ -42,8 +40,8 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
   }
   StageScope scope(observer, Stage::kVisualUpdate);
   if (!ok(stack.apply(state))) return Status::kNumericalFault;
-  if (report.ranged_used > 0) last_ranged_t_ = state.t;
-  if (takes_features(state)) {
+  const bool can_wait = ranges_tell_scale || report.ranged_used > 0;
+  if (!can_wait || scale_known(state)) {
     insert_pending(state, tracks, stack.correction(), report);
     start_without_parallax(state, tracks, prior, report);
   }
@@ -53,11 +51,7 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
 }
 
 template <class Config>
-bool VisualUpdate<Config>::takes_features(const State& state) const {
-  constexpr double kWait_s = 2.0;
-  const bool ranges_tell =
-      tracks_take_ranges_ && last_ranged_t_ != Time::never() && (state.t - last_ranged_t_).seconds() <= kWait_s;
-  if (!ranges_tell) return true;
+bool VisualUpdate<Config>::scale_known(const State& state) const {
   constexpr double kSlow_m_s = 0.5;  // below it what counts is the velocity itself
   const ConstMatrixView p = state.covariance();
   const double variance = p(kXiV, kXiV) + p(kXiV + 1, kXiV + 1) + p(kXiV + 2, kXiV + 2);

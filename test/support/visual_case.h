@@ -51,7 +51,7 @@ struct VisualCase {
   using Visual = VisualUpdate<TinyConfig>;
 
   explicit VisualCase(const VisionOptions& options = visual_case_options())
-      : visual(std::make_unique<Visual>(options, calibration, RangeOptions{.max_features = kMaxRanged})) {}
+      : visual(std::make_unique<Visual>(options, calibration, kMaxRanged)) {}
 
   static constexpr int kMaxRanged = 2;
 
@@ -64,9 +64,9 @@ struct VisualCase {
   std::vector<NewTrack> added;
   FrameReport report;
 
-  Status run() {
+  Status run(bool ranges_tell_scale = false) {
     report = {};
-    return visual->run(*state, *tracks, *stack, {0.2, 0.1}, report, nullptr);
+    return visual->run(*state, *tracks, *stack, {0.2, 0.1}, ranges_tell_scale, report, nullptr);
   }
 
   /// The whole window's images, oldest first, into the table of tracks.

@@ -67,6 +67,20 @@ struct Filter {
 /// Near enough for the first order.
 Quat nearly(test::Generator& g, const Quat& q) { return (so3_exp(g.normal_vector<3>(1e-6)) * q).normalized(); }
 
+/// The sample must do to the filter what the rows r = h dx + n, n of `sigma_rad`, do.
+void expect_dense_update(Filter& f, Update& update, const DirectionSample& sample, const Dense& h,
+                         const Eigen::VectorXd& r, double sigma_rad) {
+  const auto expected =
+      test::dense_update(dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(r.size(), sigma_rad)});
+  State moved = *f.state;
+  moved.retract(expected.dx.data());
+  ASSERT_EQ(update.add(sample, f.counters), Status::kOk);
+  ASSERT_TRUE(f.fuse(update).has_value());
+  EXPECT_EQ(f.report.directions_used, 1U);
+  test::expect_same_nominal(*f.state, moved, 1e-8);
+  EXPECT_LT(test::covariance_difference(expected.p, dense(f.state->covariance())), 1e-5);
+}
+
 TEST(DirectionUpdate, TheSunIsAMeasurementOfBothAngles) {
   test::for_all(30, [](test::Generator& g) {
     Filter f(g);
@@ -74,25 +88,13 @@ TEST(DirectionUpdate, TheSunIsAMeasurementOfBothAngles) {
     f.make_heading_known(update);
     const Vec3 seen_I = nearly(g, f.state->core.motion.q_WI).conjugate() * kSun;
     const Vec3 east = Vec3(-kSun.y(), kSun.x(), 0.0).normalized();
-    const auto predict = [&](const State& s) {
-      const Vec3 sun_I = s.core.motion.q_WI.conjugate() * kSun;
-      const Vec3 right_I = f.state->core.motion.q_WI.conjugate() * east;
-      const Vec3 up_I = f.state->core.motion.q_WI.conjugate() * kSun.cross(east);
-      return Vec2(right_I.dot(sun_I), up_I.dot(sun_I));
-    };
-    const Dense h = test::numeric_state_jacobian(*f.state, 2, predict);
     const Vec3 right_I = f.state->core.motion.q_WI.conjugate() * east;
     const Vec3 up_I = f.state->core.motion.q_WI.conjugate() * kSun.cross(east);
-    const Eigen::VectorXd r = Vec2(right_I.dot(seen_I), up_I.dot(seen_I)) - predict(*f.state);
-    const auto expected =
-        test::dense_update(dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(2, kOptions.sun_noise_rad)});
-    State moved = *f.state;
-    moved.retract(expected.dx.data());
-    ASSERT_EQ(update.add(sample_of(DirectionSource::kSun, 100.0, seen_I, kSun), f.counters), Status::kOk);
-    ASSERT_TRUE(f.fuse(update).has_value());
-    EXPECT_EQ(f.report.directions_used, 1U);
-    test::expect_same_nominal(*f.state, moved, 1e-8);
-    EXPECT_LT(test::covariance_difference(expected.p, dense(f.state->covariance())), 1e-5);
+    const auto across = [&](const Vec3& sun_I) { return Vec2(right_I.dot(sun_I), up_I.dot(sun_I)); };
+    const auto predict = [&](const State& s) { return across(s.core.motion.q_WI.conjugate() * kSun); };
+    const Dense h = test::numeric_state_jacobian(*f.state, 2, predict);
+    const Eigen::VectorXd r = across(seen_I) - predict(*f.state);
+    expect_dense_update(f, update, sample_of(DirectionSource::kSun, 100.0, seen_I, kSun), h, r, kOptions.sun_noise_rad);
   });
 }
 
@@ -109,14 +111,7 @@ TEST(DirectionUpdate, TheFieldIsAMeasurementOfItsAzimuthAlone) {
     const Dense h = test::numeric_state_jacobian(*f.state, 1, predict);
     const Eigen::VectorXd r = Eigen::Matrix<double, 1, 1>(std::atan2(kField.y(), kField.x())) - predict(*f.state);
     const double sigma_rad = kOptions.magnetometer_noise_rad / kField.head<2>().norm();
-    const auto expected =
-        test::dense_update(dense(f.state->covariance()), {h, r, Eigen::VectorXd::Constant(1, sigma_rad)});
-    State moved = *f.state;
-    moved.retract(expected.dx.data());
-    ASSERT_EQ(update.add(sample_of(DirectionSource::kMagnetometer, 100.0, seen_I, kField), f.counters), Status::kOk);
-    ASSERT_TRUE(f.fuse(update).has_value());
-    test::expect_same_nominal(*f.state, moved, 1e-8);
-    EXPECT_LT(test::covariance_difference(expected.p, dense(f.state->covariance())), 1e-5);
+    expect_dense_update(f, update, sample_of(DirectionSource::kMagnetometer, 100.0, seen_I, kField), h, r, sigma_rad);
   });
 }
 
