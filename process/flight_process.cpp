@@ -2,8 +2,8 @@
 
 #include <sys/resource.h>
 
-#include <cstdio>
 #include <atomic>
+#include <cstdio>
 #include <optional>
 
 #include "fsw/app/nav_task.h"

@@ -30,4 +30,9 @@ std::vector<std::uint8_t> read_bytes(const std::string& file) {
   return bytes;
 }
 
+std::istringstream read_text(const std::string& file) {
+  const std::vector<std::uint8_t> bytes = read_bytes(file);
+  return std::istringstream(std::string(bytes.begin(), bytes.end()));
+}
+
 }  // namespace plumb::decode

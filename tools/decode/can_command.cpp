@@ -3,7 +3,6 @@
 #include <cinttypes>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include "config/input_error.h"
@@ -62,8 +61,7 @@ void CanCommand::declare(CLI::App& app) {
 }
 
 void CanCommand::run() {
-  const std::vector<std::uint8_t> text = read_bytes(file_);
-  std::istringstream lines(std::string(text.begin(), text.end()));
+  std::istringstream lines = read_text(file_);
   can_range::Decoder decoder(options_);
   std::uint64_t frames = 0;
   std::uint64_t other_lines = 0;

@@ -3,7 +3,6 @@
 #include <cinttypes>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include "config/input_error.h"
@@ -56,8 +55,7 @@ void LidarLiteCommand::declare(CLI::App& app) {
 }
 
 void LidarLiteCommand::run() {
-  const std::vector<std::uint8_t> text = read_bytes(file_);
-  std::istringstream lines(std::string(text.begin(), text.end()));
+  std::istringstream lines = read_text(file_);
   I2cTrace trace(address_);
   lidar_lite::Capture capture(model_);
   std::uint64_t refused = 0;

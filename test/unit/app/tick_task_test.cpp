@@ -32,14 +32,24 @@ TEST(TickPacer, ATickComesWithItsSampleAndWithoutOneALittleLater) {
   EXPECT_EQ(pacer.next(false), start + TickPacer::kLongest);
 }
 
-// A log that has no room and a network that takes nothing do not hold up a tick, nor does an IMU that says nothing.
-TEST(TickTask, TicksOnWithNothingButTime) {
-  const auto rings = std::make_unique<SensorRings>();
-  const auto link = std::make_unique<NavLink>();
-  ReplayClock clock;
-  clock.wait_until(Time::from_seconds(5));
+/// The tick task at 5 s on the flight clock, and all that it is connected to.
+class TickTaskTest : public testing::Test {
+ protected:
+  static ReplayClock clock_at(Time t) {
+    ReplayClock started;
+    started.wait_until(t);
+    return started;
+  }
+
+  std::unique_ptr<SensorRings> rings = std::make_unique<SensorRings>();
+  std::unique_ptr<NavLink> link = std::make_unique<NavLink>();
+  ReplayClock clock = clock_at(Time::from_seconds(5));
   CountingSink sink;
-  TickTask task({}, *rings, *link, clock, clock, sink, sink);
+  TickTask task{{}, *rings, *link, clock, clock, sink, sink};
+};
+
+// A log that has no room and a network that takes nothing do not hold up a tick, nor does an IMU that says nothing.
+TEST_F(TickTaskTest, TicksOnWithNothingButTime) {
   NavOrder order;
   task.run_once();  // the sink has seen every channel of a tick
   while (link->orders.pop(order)) {
@@ -64,13 +74,7 @@ TEST(TickTask, TicksOnWithNothingButTime) {
   }
 }
 
-TEST(TickTask, TellsOfANavJobThatHangsAFewTimesAndCountsAll) {
-  const auto rings = std::make_unique<SensorRings>();
-  const auto link = std::make_unique<NavLink>();
-  ReplayClock clock;
-  clock.wait_until(Time::from_seconds(5));
-  CountingSink sink;
-  TickTask task({}, *rings, *link, clock, clock, sink, sink);
+TEST_F(TickTaskTest, TellsOfANavJobThatHangsAFewTimesAndCountsAll) {
   for (int i = 0; i < 1128; ++i) task.run_once();  // 128 fill the queue, 1000 last 5 s
   EXPECT_EQ(task.gate().counters().nav_missed, 1000U);
   EXPECT_NEAR(sink.written[channel::kEvents], JobAccount::kBurst + 4, 1);
