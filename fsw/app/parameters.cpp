@@ -85,6 +85,8 @@ constexpr std::array kRows{
         "of the velocity, above which features wait for the ranges to tell the scale"),
     vision<&VisionOptions::tiles_x>("vision.tiles_x", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
     vision<&VisionOptions::tiles_y>("vision.tiles_y", "1", 1, 8, "SLAM features are spread over tiles_x by tiles_y"),
+    vision<&VisionOptions::spot_features>("vision.spot_features", "1", 0, 100,
+                                          "SLAM features put around the laser's spot before others"),
 
     range<&RangeOptions::enabled>("range.enabled", "1", 0, 1, "use the range finder"),
     range<&RangeOptions::noise_m>("range.noise", "m", 1e-4, 10.0, "1 sigma of the device"),

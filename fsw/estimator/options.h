@@ -48,6 +48,7 @@ struct VisionOptions {
   double slam_velocity_sigma = 0.02;    ///< of the velocity, 1 sigma: above it features wait for the scale
   int tiles_x = 4;                      ///< SLAM features are spread over tiles_x x tiles_y
   int tiles_y = 3;
+  int spot_features = 0;  ///< but as many as this go where the laser's spot is, before others
 };
 
 struct RangeOptions {

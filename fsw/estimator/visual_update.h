@@ -7,6 +7,7 @@
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/estimator/chi_square.h"
+#include "fsw/estimator/feature_spread.h"
 #include "fsw/estimator/pixel_noise.h"
 #include "fsw/estimator/report.h"
 #include "fsw/estimator/track_rows.h"
@@ -53,7 +54,6 @@ class VisualUpdate {
 
  private:
   static constexpr std::size_t kMaxStarts = 8;  ///< new features per image
-  static constexpr std::size_t kMaxTiles = 64;
   using TrackType = typename Table::TrackType;
   using Rows = TrackRows<Config::kMaxPoses, Layout::kPoses - Layout::kBeam>;
   static constexpr std::size_t kFirstColumn = Layout::kBeam;  ///< of a track's rows, in the error state
@@ -95,20 +95,19 @@ class VisualUpdate {
   /// A track that is as long as the window and may become a feature; null when there is none or no place for it.
   TrackType* next_start(const State& state, Table& tracks) const;
   Views views_of(const State& state, const TrackType& track) const;
-  std::size_t tile_of(const Vec2& z) const;
-  /// Of the tracks that pass, the one in the emptiest tile, then the oldest, then the lowest id; null when none passes.
+  /// Of the tracks that pass, the one where features are least crowded, then the oldest, then the lowest id; null when
+  /// none passes.
   template <typename Passes>
   TrackType* best_for_start(Table& tracks, Passes passes) const;
-  void count_tiles(const State& state, Table& tracks);
 
   VisionOptions options_;
   std::size_t max_ranged_;
-  Vec2 half_fov_;
   double focal_px_;
   PixelNoise<Config::kMaxSlamFeatures> noise_;
   double sigma_ = 0.0;  ///< pixel noise in the normalised plane
   TriangulationLimits limits_;
   double ranged_min_parallax_ = 0.0;
+  FeatureSpread spread_;
   ChiSquareTable gate_;
 
   MatrixStorage<Rows::kPoseColumns, Rows::kPoseColumns + 1> compressed_;
@@ -117,7 +116,6 @@ class VisualUpdate {
   bool with_range_ = false;  ///< which of the two is used
   std::array<PendingFeature, kMaxStarts> pending_;
   std::size_t pending_count_ = 0;
-  std::array<std::uint32_t, kMaxTiles> tiles_{};
 };
 
 }  // namespace plumb

@@ -7,11 +7,10 @@ template <class Config>
 VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged)
     : options_(options),
       max_ranged_(static_cast<std::size_t>(max_ranged)),
-      half_fov_(calibration.half_fov_x, calibration.half_fov_y),
       focal_px_(calibration.focal_px),
       noise_(options),
+      spread_(options, calibration),
       gate_(options.gate_probability) {
-  PLUMB_ASSERT(static_cast<std::size_t>(options.tiles_x * options.tiles_y) <= kMaxTiles);
   limits_.min_parallax = options.min_parallax_px / calibration.focal_px;
   ranged_min_parallax_ = options.ranged_min_parallax_px / calibration.focal_px;
   limits_.max_depth_m = options.max_depth_m;
@@ -32,7 +31,8 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
     StageScope scope(observer, Stage::kVisualRows);
     noise_.begin_image();
     remove_lost(state, tracks);
-    count_tiles(state, tracks);
+    spread_.clear(1.0 / prior.rho);
+    for (const SlamFeature& feature : state.features) spread_.add(tracks.find(feature.track_id)->samples.back().z);
     stack.begin(state);
     add_slam_rows(state, tracks, stack, report);
     add_tracks(state, tracks, report);
@@ -237,7 +237,7 @@ void VisualUpdate<Config>::use_track(const State& state, TrackType& track, bool 
 
 template <class Config>
 void VisualUpdate<Config>::start_feature(const TrackType& track) {
-  ++tiles_[tile_of(track.samples.back().z)];
+  spread_.add(track.samples.back().z);
   PendingFeature& pending = pending_[pending_count_++];
   pending.track_id = track.id;
   pending.feature = rows().feature;
@@ -311,39 +311,23 @@ void VisualUpdate<Config>::start_without_parallax(State& state, Table& tracks, c
     if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
     track->in_state = true;
     track->use_up();
-    ++tiles_[tile_of(z)];
+    spread_.add(z);
     ++report.slam_added;
   }
-}
-
-template <class Config>
-std::size_t VisualUpdate<Config>::tile_of(const Vec2& z) const {
-  const auto index = [](double value, double half, int tiles) {
-    const double scaled = (value / half + 1.0) * 0.5 * tiles;
-    return static_cast<std::size_t>(std::clamp(scaled, 0.0, tiles - 1.0));
-  };
-  return index(z.y(), half_fov_.y(), options_.tiles_y) * static_cast<std::size_t>(options_.tiles_x) +
-         index(z.x(), half_fov_.x(), options_.tiles_x);
-}
-
-template <class Config>
-void VisualUpdate<Config>::count_tiles(const State& state, Table& tracks) {
-  tiles_.fill(0);
-  for (const SlamFeature& feature : state.features) ++tiles_[tile_of(tracks.find(feature.track_id)->samples.back().z)];
 }
 
 template <class Config>
 template <typename Passes>
 typename VisualUpdate<Config>::TrackType* VisualUpdate<Config>::best_for_start(Table& tracks, Passes passes) const {
   TrackType* best = nullptr;
-  std::uint32_t best_count = 0;
+  std::uint32_t best_crowd = 0;
   for (TrackType& track : tracks.tracks()) {
     if (track.in_state || track.banned || track.samples.empty()) continue;
-    const std::uint32_t count = tiles_[tile_of(track.samples.back().z)];
-    if (best != nullptr && (count > best_count || (count == best_count && track.age <= best->age))) continue;
+    const std::uint32_t crowd = spread_.crowd(track.samples.back().z);
+    if (best != nullptr && (crowd > best_crowd || (crowd == best_crowd && track.age <= best->age))) continue;
     if (!passes(track)) continue;
     best = &track;
-    best_count = count;
+    best_crowd = crowd;
   }
   return best;
 }

@@ -251,6 +251,18 @@ TEST(VisualUpdate, FeaturesWaitForTheScale) {
   }
 }
 
+/// A track as long as the window, of a point five metres away that the newest image has at `last`.
+NewTrack long_track(const VisualCase& c, std::uint32_t id, const Vec2& last, test::Generator& g) {
+  NewTrack track;
+  track.id = id;
+  const CameraPose& newest = c.state->newest().camera;
+  const Vec3 point = newest.p_WC_m + newest.R_WC * last.homogeneous() * g.uniform(4.5, 5.5);
+  for (std::size_t k = 0; k < kPoses; ++k) {
+    track.z.push_back(test::feature_of(c.state->pose(c.state->window()[k]).camera, point).head<2>());
+  }
+  return track;
+}
+
 TEST(VisualUpdate, FeaturesSpreadOverTheImage) {
   test::for_all(10, [](test::Generator& g) {
     VisionOptions options = test::visual_case_options();
@@ -260,16 +272,8 @@ TEST(VisualUpdate, FeaturesSpreadOverTheImage) {
     VisualCase c(options);
     c.fill(g, 0, 0, 0);
     // Ten tracks in the left half with the lower numbers, three in the right half.
-    for (std::size_t i = 0; i < 13; ++i) {
-      NewTrack t;
-      t.id = static_cast<std::uint32_t>(400 + i);
-      const Vec2 last(i < 10 ? g.uniform(-0.5, -0.1) : g.uniform(0.1, 0.5), g.uniform(-0.3, 0.3));
-      const CameraPose& newest = c.state->newest().camera;
-      const Vec3 point = newest.p_WC_m + newest.R_WC * last.homogeneous() * g.uniform(4.5, 5.5);
-      for (std::size_t k = 0; k < kPoses; ++k) {
-        t.z.push_back(test::feature_of(c.state->pose(c.state->window()[k]).camera, point).head<2>());
-      }
-      c.added.push_back(t);
+    for (std::uint32_t i = 0; i < 13; ++i) {
+      c.added.push_back(long_track(c, 400 + i, Vec2(i < 10 ? g.uniform(-0.5, -0.1) : g.uniform(0.1, 0.5), 0.1), g));
     }
     c.append_frames();
     ASSERT_EQ(c.run(), Status::kOk);
@@ -278,6 +282,28 @@ TEST(VisualUpdate, FeaturesSpreadOverTheImage) {
     for (const SlamFeature& f : c.state->features) right += f.track_id >= 410 ? 1 : 0;
     EXPECT_EQ(right, 3);
   });
+}
+
+TEST(VisualUpdate, SomeFeaturesGoToTheLasersSpot) {
+  for (const int wanted : {0, 2}) {
+    test::for_all(10, [&](test::Generator& g) {
+      VisionOptions options = test::visual_case_options();
+      options.tiles_x = options.tiles_y = 1;
+      options.spot_features = wanted;
+      options.gate_probability = 0.999999;
+      VisualCase c(options);
+      c.fill(g, 0, 0, 0);
+      // The beam leaves along the optical axis: the last four tracks are where it ends.
+      for (std::uint32_t i = 0; i < 13; ++i) {
+        const double side = i < 9 ? g.uniform(0.3, 0.5) : g.uniform(0.0, 0.1);
+        c.added.push_back(long_track(c, 400 + i, Vec2(side, -0.1), g));
+      }
+      c.append_frames();
+      ASSERT_EQ(c.run(), Status::kOk);
+      const auto at_spot = [](const SlamFeature& f) { return f.track_id >= 409; };
+      EXPECT_EQ(std::count_if(c.state->features.begin(), c.state->features.end(), at_spot), wanted);
+    });
+  }
 }
 
 TEST(VisualUpdate, AnUnsoundCovarianceIsReported) {
