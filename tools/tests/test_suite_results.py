@@ -77,15 +77,15 @@ def test_every_seed_is_flown_and_the_page_tells_all(flown: list[str], tmp_path: 
     assert "|  | VIO | 2 | 3.60 (3.60) |" in text
     assert "### outdoor, 150 m\n\nRoofs after grass. Steps under the beam.\n" in text
     told = " ".join(text.split())
-    assert "within 0.6 % of the distance on each axis; kept in 2 of 2 flights. The greatest error of VIO is 9.0" in told
+    assert "within 0.4 % of the distance on each axis; kept in 2 of 2 flights. The greatest error of VIO is 9.0" in told
     assert "tools/score --suite --seeds 2" in text
 
 
 def test_a_target_that_is_missed_is_told() -> None:
     runs = (GOOD, BAD, None)
-    flights = [Outcome("indoor", seed, run, BAD, {}) for seed, run in enumerate(runs, 1)]
-    text = results_page.markdown([SceneResults(Scene("indoor", scene_file.find("indoor")), flights)], "")
-    assert "within 2.5 %" in text and "kept in 1 of 3 flights" in " ".join(text.split())
+    flights = [Outcome("mars", seed, run, BAD, {}) for seed, run in enumerate(runs, 1)]
+    text = results_page.markdown([SceneResults(Scene("mars", scene_file.find("mars")), flights)], "")
+    assert "within 0.4 %" in text and "kept in 1 of 3 flights" in " ".join(text.split())
     flights = [Outcome("excitation", 1, GOOD, BAD, {}), Outcome("excitation", 2, BAD, GOOD, {})]
     text = results_page.markdown([SceneResults(Scene("excitation", scene_file.find("excitation")), flights)], "")
     assert "at most 10 % above that of VIO; kept in 1 of 2 flights" in " ".join(text.split())

@@ -75,11 +75,11 @@ def find_scene(name: str) -> Scene:
     return Scene(file.stem, file)
 
 
-def build(steps: Steps, out: Path) -> None:
-    """Builds the flight software that flies, with its logs in `out`."""
+def build(steps: Steps, out: Path, target: str = "plumb-replay") -> None:
+    """Builds what flies, with its logs in `out`."""
     with steps.step("build") as step:
         step.run("configure", ["cmake", "--preset", "flight", "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
-        command = ["cmake", "--build", ROOT / "build/flight", "--target", "plumb-replay"]
+        command = ["cmake", "--build", ROOT / "build/flight", "--target", target]
         step.run("build", [*command, "--parallel", str(os.cpu_count() or 1)], out / "build.log")
 
 
