@@ -92,7 +92,8 @@ def test_the_other_key_is_the_inverse(tmp_path: Path) -> None:
     camchain = _camchain()
     T_imu_cam = np.linalg.inv(camchain["cam0"].pop("T_cam_imu"))
     camchain["cam0"]["T_imu_cam"] = T_imu_cam.tolist()
-    out = _imported(tmp_path, "%YAML:1.0\n---\n" + yaml.safe_dump(camchain), {"imu0": IMU | {"T_i_b": np.eye(4).tolist()}})
+    imu = {"imu0": IMU | {"T_i_b": np.eye(4).tolist()}}
+    out = _imported(tmp_path, "%YAML:1.0\n---\n" + yaml.safe_dump(camchain), imu)
     np.testing.assert_allclose(_camera(out)["T_BS"]["data"], T_imu_cam.ravel(), atol=1e-9)
 
 
@@ -131,7 +132,7 @@ def test_a_shift_that_nobody_applied_is_told(tmp_path: Path, capsys: pytest.Capt
 Change = dict[str, Any]
 BAD: list[tuple[Change, Change, str]] = [
     ({"camera_model": "omni"}, {}, "cam0.camera_model: 'omni'; expected one of pinhole"),
-    ({"distortion_model": "plumb"}, {}, "cam0.distortion_model: 'plumb'; expected one of radtan, equidistant, fov, none"),
+    ({"distortion_model": "plumb"}, {}, "cam0.distortion_model: 'plumb'; expected one of radtan, equidistant"),
     ({"distortion_coeffs": [0.1]}, {}, "cam0.distortion_coeffs: [0.1]; expected 4 numbers, as radtan has"),
     ({"intrinsics": [1, 2, "c", 4]}, {}, "cam0.intrinsics: [1, 2, 'c', 4]; expected fx, fy, cx, cy in px"),
     ({"intrinsics": [-1, 100, 80, 60]}, {}, "expected focal lengths above 0 px"),
@@ -139,10 +140,10 @@ BAD: list[tuple[Change, Change, str]] = [
     ({"resolution": [160.5, 120]}, {}, "cam0.resolution: [160.5, 120]; expected width and height in whole px"),
     ({"resolution": None}, {}, "cam0.resolution: is missing; expected width and height in px"),
     ({"T_cam_imu": None}, {}, "cam0.T_cam_imu: is missing; expected a calibration with the IMU"),
-    ({"T_cam_imu": [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}, {}, "expected four rows of four numbers"),
-    ({"T_cam_imu": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}, {}, "expected four rows of four numbers"),
-    ({"T_cam_imu": [[1, 0, 0, 110], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}, {}, "a translation in m (less than 50)"),
-    ({"T_cam_imu": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}, {}, "expected four rows of four numbers"),
+    ({"T_cam_imu": np.diag([2, 1, 1, 1]).tolist()}, {}, "expected four rows of four numbers: a rotation"),
+    ({"T_cam_imu": np.diag([-1, 1, 1, 1]).tolist()}, {}, "expected four rows of four numbers: a rotation"),
+    ({"T_cam_imu": [[1, 0, 0, 110], *np.eye(4).tolist()[1:]]}, {}, "a translation in m (less than 50)"),
+    ({"T_cam_imu": np.eye(3).tolist()}, {}, "expected four rows of four numbers"),
     ({"T_imu_cam": np.eye(4).tolist()}, {}, "cam0.T_imu_cam: beside T_cam_imu; expected one of the two"),
     ({"timeshift_cam_imu": 4.25}, {}, "cam0.timeshift_cam_imu: 4.25; expected seconds to be added to an image's stamp"),
     ({}, {"gyroscope_noise_density": 0.0}, "gyroscope_noise_density: 0.0; expected a number above 0"),

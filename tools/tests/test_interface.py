@@ -42,15 +42,17 @@ def test_sizes_are_those_of_the_encoder(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(STRUCTS))
 def test_every_field_is_there_in_its_order(name: str) -> None:
     made = getattr(types(), name)
-    assert [field.name for field in STRUCTS[name].fields] == list(made.__slots__)
-    assert [field.type for field in STRUCTS[name].fields] == [kind.removeprefix("plumb.") for kind in made.__typenames__]
+    fields = [(field.type, field.name) for field in STRUCTS[name].fields]
+    kinds = (kind.removeprefix("plumb.") for kind in made.__typenames__)
+    assert fields == list(zip(kinds, made.__slots__, strict=True))
 
 
 def test_comments_go_with_what_they_stand_at(tmp_path: Path) -> None:
     path = tmp_path / "made.lcm"
     path.write_text(
         "package plumb;\n\n// Of the whole file,\n// in two lines.\n\n// Channel ONE: said of it\n// in two lines.\n"
-        "struct one_t {\n  int8_t a[2][3];  // 0 none,\n              // 1 some\n  double b;\n}\n\nstruct two_t {\n  one_t of;\n}\n"
+        "struct one_t {\n  int8_t a[2][3];  // 0 none,\n              // 1 some\n  double b;\n}\n\n"
+        "struct two_t {\n  one_t of;\n}\n"
     )
     about, (one, two) = lcm_types.read(path)
     assert about == "Of the whole file, in two lines."
@@ -73,7 +75,8 @@ def test_what_has_changed_is_shown_and_written(
 ) -> None:
     """Also that modes come in with the chapter that tells of them."""
     executive = tmp_path / "executive.md"
-    executive.write_text("## Log\n\n| no |\n\n## Modes\n\nText.\n\n| mode | what |\n|---|---|\n| 7 | hover |\n\n## After\n\n| no |\n")
+    modes = "## Modes\n\nText.\n\n| mode | what |\n|---|---|\n| 7 | hover |\n"
+    executive.write_text(f"## Log\n\n| no |\n\n{modes}\n## After\n\n| no |\n")
     monkeypatch.setattr(document, "EXECUTIVE", executive)
     monkeypatch.setattr(document, "DOCUMENT", tmp_path / "interface.md")
     assert main(["--check"]) == 2 and "no such file" in capsys.readouterr().err

@@ -15,7 +15,12 @@ from plumb_tools.trajectory import FloatArray, InputError
 from plumb_tools.yaml_text import read_yaml
 
 #: Kalibr's name of a lens model, Plumb's, and how many coefficients it has.
-DISTORTION = {"radtan": ("radial-tangential", 4), "equidistant": ("equidistant", 4), "fov": ("fov", 1), "none": ("none", 0)}
+DISTORTION = {
+    "radtan": ("radial-tangential", 4),
+    "equidistant": ("equidistant", 4),
+    "fov": ("fov", 1),
+    "none": ("none", 0),
+}
 
 NOISE_KEYS = (
     "gyroscope_noise_density",
@@ -87,8 +92,7 @@ class _Map:
         """A rigid transform, its rotation made orthonormal to the last digit."""
         expected = "four rows of four numbers: a rotation, a translation in m (less than 50), and 0 0 0 1"
         rows = self._content.get(key)
-        is_square = isinstance(rows, list) and len(rows) == 4
-        if not is_square or not all(isinstance(row, list) and len(row) == 4 and all(map(_is_number, row)) for row in rows):
+        if not (isinstance(rows, list) and len(rows) == 4 and all(map(_is_row, rows))):
             self.fault(key, expected)
             return np.eye(4)
         matrix = np.array(rows, dtype=np.float64)
@@ -104,6 +108,10 @@ class _Map:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 4 and all(map(_is_number, value))
 
 
 def _section(path: Path, key: str, expected: str, optional: bool = False) -> dict[str, Any]:

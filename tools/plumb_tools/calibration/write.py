@@ -18,10 +18,11 @@ IMAGES_FILE = Path("mav0/cam0/data.csv")
 CONFIGURATION_FILE = Path("calibration.yaml")
 
 _CONFIGURATION_NOTE = """\
-# From {source}. These keys stand in the sections of the same name of a configuration of plumb-fsw (config/example.yaml).
+# From {source}. These keys stand in the sections of the same name
+# of a configuration of plumb-fsw (config/example.yaml).
 """
 _SHIFT_NOTE = """\
-# Kalibr found that images are to be stamped {shift_s:+.6f} s later, to be on the IMU's clock. That is not in these keys.
+# Images are to be stamped {shift_s:+.6f} s later, to be on the IMU's clock: that is not in these keys.
 """
 
 

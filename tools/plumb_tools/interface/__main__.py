@@ -39,8 +39,8 @@ def main(argv: list[str] | None = None) -> int:
         return EXIT_BAD_INPUT
     if found == wanted:
         return 0
-    lines = difflib.unified_diff(found.splitlines(), wanted.splitlines(), str(document.DOCUMENT), "its sources", lineterm="")
-    print("\n".join(lines))
+    pages = found.splitlines(), wanted.splitlines()
+    print("\n".join(difflib.unified_diff(*pages, str(document.DOCUMENT), "its sources", lineterm="")))
     print("interface: docs/interface.md is older than its sources: run tools/interface", file=sys.stderr)
     return EXIT_OLD
 

@@ -22,20 +22,21 @@ PROGRAMS = ROOT / "build/flight/bin"
 _HEAD = """\
 # Interfaces
 
-What Plumb says and takes, to the byte: made by `tools/interface` from the sources, so change those. Frames and units are those
-of [architecture](architecture.md#frames-and-names). Who sends what when stands in [the flight process](executive.md) and
-[replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what devices say in [sensors](sensors.md).
+What Plumb says and takes, to the byte: made by `tools/interface` from the sources, so change those. Frames and units are
+those of [architecture](architecture.md#frames-and-names). Who sends what when stands in
+[the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
+devices say in [sensors](sensors.md).
 
-Messages are LCM's, on its network (`lcm:` of a configuration) and in its event logs. A message is the fingerprint of its type,
-8 bytes, and then its fields in their order without gaps, most significant byte first; sizes are in bytes, of a message
-with its fingerprint. Quaternions are w x y z. Strings in arrays of bytes end with a zero.
+Messages are LCM's, on its network (`lcm:` of a configuration) and in its event logs. A message is the fingerprint of its
+type, 8 bytes, and then its fields in their order without gaps, most significant byte first; sizes are in bytes, of a
+message with its fingerprint. Quaternions are w x y z. Strings in arrays of bytes end with a zero.
 """
 
 _PARAMETERS_HEAD = """\
 ## Parameters
 
-In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A value out
-of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes.
+In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A
+value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes.
 """
 
 _ENUMERATOR = re.compile(r"k(\w+)(?: = (\d+))?,\s*(?:///<\s*(.*))?")
@@ -136,7 +137,7 @@ def _parameters() -> Iterator[str]:
     lines = _output_of("plumb-replay", "--list-params").splitlines()
     rows = [match.groups() for line in lines if (match := _PARAMETER.fullmatch(line))]
     if len(rows) != len(lines) or not rows:
-        raise InputError(f"{PROGRAMS / 'plumb-replay'} --list-params: not every line is a parameter; is it of this version?")
+        raise InputError(f"{PROGRAMS / 'plumb-replay'} --list-params: a line is no parameter; is it of this version?")
     yield _PARAMETERS_HEAD
     yield _table(
         ("parameter", "default", "from", "to", "unit", "what"),

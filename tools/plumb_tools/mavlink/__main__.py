@@ -57,8 +57,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("--connect", metavar="WHERE", required=True, help="udpout:, udpin: or udpbcast:HOST:PORT, or a serial device")
-    add("--baud", metavar="N", type=whole_number(1200), default=921600, help="of a serial device (default: %(default)s)")
-    add("--system", metavar="N", type=whole_number(1, 255), default=1, help="the vehicle's MAVLink system id (default: 1)")
+    add("--baud", metavar="N", type=whole_number(1200), default=921600, help="of a serial device (default: 921600)")
+    add("--system", metavar="N", type=whole_number(1, 255), default=1, help="MAVLink id of the vehicle (default: 1)")
     add(
         "--lcm",
         metavar="URL",
@@ -96,7 +96,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs=2,
         type=positive_number,
         default=defaults.range_limits_m,
-        help="of the range finder, m (default: %(default)s)",
+        help="of the range finder, m (default: 0.1 40)",
     )
     add(
         "--range-orientation",

@@ -1,8 +1,8 @@
 """Frames of Plumb and of MAVLink, and covariances carried from one to the other.
 
 W is Plumb's world (z up), I its IMU. L is MAVLink's local frame and B its body: x forward or north, y right or east,
-z down. Errors of position and velocity are additive; an attitude error is a small turn, of Plumb about the axes of I, of
-MAVLink about those of L, so that the third is that of the heading whatever the attitude.
+z down. Errors of position and velocity are additive. An attitude error is a small turn: Plumb's about the axes of I,
+MAVLink's about those of L, so that the third is that of the heading whatever the attitude.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _UPPER = np.triu_indices(6)
 
 
 def body_from_imu(axes: str, tilt_deg: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
-    """R_BI of an IMU by where its x, y and z axes point, such as FLU, and by how roll, pitch and yaw turn it from there.
+    """R_BI of an IMU by where its x, y and z point, such as FLU, and by how roll, pitch and yaw turn it from there.
 
     ValueError where the letters are no right-handed frame.
     """
@@ -42,7 +42,7 @@ def skew(vector: FloatArray) -> FloatArray:
 
 
 def local_covariance(covariance: FloatArray, r_LW: FloatArray, r_WI: FloatArray) -> FloatArray:
-    """Covariance of position, velocity and attitude in L, 9 x 9, from the first nine rows and columns of a NAV_STATE."""
+    """Covariance of position, velocity and attitude in L, 9 x 9, from that of a NAV_STATE."""
     turn = np.zeros((9, 9))
     turn[:3, :3] = turn[3:6, 3:6] = r_LW
     turn[6:, 6:] = r_LW @ r_WI
