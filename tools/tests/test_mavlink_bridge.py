@@ -162,7 +162,7 @@ def test_bad_arguments_are_named(words: list[str], expected: str, capsys: pytest
 def _recorded(folder: Path) -> Path:
     """A simulated flight of a few seconds, flown and recorded."""
     changes = {
-        "trajectory.segments": [{"do": "hold", "duration_s": 4.0}],
+        "trajectory.segments": [{"do": "hold", "duration_s": 3.0}],
         "scene.ground.extent_m": [-12, -12, 24, 12],
         "sensors.camera.rate_hz": 20,
     }
