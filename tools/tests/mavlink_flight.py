@@ -17,6 +17,7 @@ from plumb_tools.trajectory import FloatArray
 
 START_NS = 5_000_000_123
 PERIOD_NS = 4_000_000  #: of the outputs
+PATIENCE_S = 120.0  #: with a machine that does much else
 
 Event = tuple[str, bytes]
 
@@ -75,7 +76,7 @@ class Autopilot:
         """What the bridge is told."""
         return f"udpout:127.0.0.1:{self.socket.getsockname()[1]}"
 
-    def received(self, kind: str, at_least: int = 0, within_s: float = 10.0) -> list[Any]:
+    def received(self, kind: str, at_least: int = 0, within_s: float = PATIENCE_S) -> list[Any]:
         """Messages of a kind that have come, and come until there are `at_least` so many or time is over."""
         found: list[Any] = []
         end_s = time.monotonic() + within_s

