@@ -22,13 +22,26 @@ def seconds(text: str) -> float:
     return _finite(text, "a number of seconds")
 
 
-def positive_seconds(text: str) -> float:
-    """A length of time."""
-    expected = "a positive number of seconds"
+def _positive(text: str, expected: str) -> float:
     value = _finite(text, expected)
     if value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text!r}; expected {expected}")
     return value
+
+
+def number(text: str) -> float:
+    """A number that is finite."""
+    return _finite(text, "a number")
+
+
+def positive_number(text: str) -> float:
+    """A number above zero."""
+    return _positive(text, "a positive number")
+
+
+def positive_seconds(text: str) -> float:
+    """A length of time."""
+    return _positive(text, "a positive number of seconds")
 
 
 def whole_number(low: int, high: int | None = None) -> Callable[[str], int]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from plumb_tools.demo.__main__ import main as demo
+from plumb_tools.mavlink.__main__ import main as bridge
 from plumb_tools.report.__main__ import main as report
 from plumb_tools.score.__main__ import main as score
 from plumb_tools.sim.__main__ import main as simulate
@@ -31,6 +32,9 @@ BAD: list[tuple[Program, list[str], str, str]] = [
     (report, ["a", "--flight", "b"], "--images 0", COUNT),
     (report, ["a", "--flight", "b"], "--images 401", COUNT),
     (report, ["a", "--flight", "b"], "--images many", COUNT),
+    (bridge, ["--connect", "a"], "--rate 0", "a positive number"),
+    (bridge, ["--connect", "a"], "--rate often", "a positive number"),
+    (bridge, ["--connect", "a"], "--system 256", "a whole number from 1 to 255"),
     (report, ["a", "--flight", "b"], "--animation a.mp4", "a name that ends in .webp or .gif"),
 ]
 

@@ -17,7 +17,10 @@ def _program(path: Path, script: str) -> None:
     path.chmod(0o755)
 
 
-@pytest.mark.parametrize("name", ["ablation", "demo", "report", "score", "simulate"])
+LAUNCHERS = ["ablation", "demo", "import", "interface", "mavlink_bridge", "report", "score", "simulate"]
+
+
+@pytest.mark.parametrize("name", LAUNCHERS)
 def test_a_stale_environment_is_renewed_first(name: str, tmp_path: Path) -> None:
     """The environment that is there ends every program with an error; the stand-in for the set-up replaces it."""
     (tmp_path / "tools").mkdir()

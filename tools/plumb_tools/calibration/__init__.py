@@ -1,0 +1,1 @@
+"""Calibration files of other tools, made into those that Plumb reads."""

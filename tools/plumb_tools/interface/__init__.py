@@ -1,0 +1,1 @@
+"""The interface control document, made from the sources that it tells of."""

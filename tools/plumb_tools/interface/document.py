@@ -1,0 +1,151 @@
+"""The text of docs/interface.md."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from plumb_tools.interface import lcm_types
+from plumb_tools.interface.lcm_types import FINGERPRINT_BYTES, Struct
+from plumb_tools.sim.devices.messages import types
+from plumb_tools.trajectory import InputError, read_text
+
+ROOT = Path(__file__).resolve().parents[3]
+DOCUMENT = ROOT / "docs/interface.md"
+TELEMETRY = ROOT / "fsw/telemetry"
+EVENTS = ROOT / "fsw/events/event.h"
+EXECUTIVE = ROOT / "docs/executive.md"
+PROGRAMS = ROOT / "build/flight/bin"
+
+_HEAD = """\
+# Interfaces
+
+What Plumb says and takes, to the byte: made by `tools/interface` from the sources, so change those. Frames and units are
+those of [architecture](architecture.md#frames-and-names). Who sends what when stands in
+[the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
+devices say in [sensors](sensors.md).
+
+Messages are LCM's, on its network (`lcm:` of a configuration) and in its event logs. A message is the fingerprint of its
+type, 8 bytes, and then its fields in their order without gaps, most significant byte first; sizes are in bytes, of a
+message with its fingerprint. Quaternions are w x y z. Strings in arrays of bytes end with a zero.
+"""
+
+_PARAMETERS_HEAD = """\
+## Parameters
+
+In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A
+value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes.
+"""
+
+_ENUMERATOR = re.compile(r"k(\w+)(?: = (\d+))?,\s*(?:///<\s*(.*))?")
+_PARAMETER = re.compile(r"(\S+) +(\S+) +\[(\S+), (\S+)\] (.+?): (.+)")
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    def line(cells: Iterable[object]) -> str:
+        return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |\n"
+
+    names = list(head)
+    return line(names) + "|" + "---|" * len(names) + "\n" + "".join(line(row) for row in rows)
+
+
+def _size(struct: Struct, among: dict[str, Struct], extra: int) -> str:
+    size = lcm_types.size_of(struct, among)
+    return "varies" if size is None else str(size + extra)
+
+
+def _messages() -> Iterator[str]:
+    files = [lcm_types.read(path) for path in sorted(TELEMETRY.glob("*.lcm"))]
+    among = {struct.name: struct for _, structs in files for struct in structs}
+    sent = [(struct.channel, struct) for struct in among.values() if struct.channel]
+    yield "## Channels\n\n" + _table(
+        ("channel", "type", "size", "what"),
+        (
+            (f"`{channel}`", f"[`{struct.name}`](#{struct.name})", _size(struct, among, FINGERPRINT_BYTES), struct.what)
+            for channel, struct in sorted(sent)
+        ),
+    )
+    for path, (about, structs) in zip(sorted(TELEMETRY.glob("*.lcm")), files, strict=True):
+        yield f"## Types of {path.name}\n\n{about}\n"
+        for struct in structs:
+            yield from _type(struct, among)
+
+
+def _type(struct: Struct, among: dict[str, Struct]) -> Iterator[str]:
+    fingerprint = getattr(types(), struct.name)._get_packed_fingerprint().hex()
+    if struct.channel:
+        size = _size(struct, among, FINGERPRINT_BYTES)
+        place = f"Channel `{struct.channel}`, {size}{'' if size == 'varies' else ' bytes'}."
+    else:
+        place = f"Part of others, {_size(struct, among, 0)} bytes."
+    what = f" {struct.what[0].upper()}{struct.what[1:]}" if struct.what else ""
+    yield f"### {struct.name}\n\n{place} Fingerprint `{fingerprint}`.{what}\n"
+    rows = (
+        (f"`{member.name}`", member.type + "".join(f"[{length}]" for length in member.dimensions), member.comment)
+        for member in struct.fields
+    )
+    yield _table(("field", "type", "meaning"), rows)
+
+
+def _enumerators(text: str, name: str) -> list[tuple[int, str, str]]:
+    """Number, name and comment of each enumerator of an enum class."""
+    body = re.search(rf"enum class {name} [^{{]*{{(.*?)}};", text, re.DOTALL)
+    found, following = [], 0
+    for match in _ENUMERATOR.finditer(body[1] if body else ""):
+        following = int(match[2]) if match[2] else following
+        found.append((following, match[1], match[3] or ""))
+        following += 1
+    if not found:
+        raise InputError(f"{EVENTS}: no enum class {name}; expected it there")
+    return found
+
+
+def _events() -> Iterator[str]:
+    text = read_text(EVENTS)
+    yield "## Events\n\nOn channel `EVENTS`; [executive](executive.md#schedule) says when they are kept back.\n"
+    rows = ((number, f"`{name}`", arguments) for number, name, arguments in _enumerators(text, "EventId"))
+    yield _table(("id", "event", "arguments, in their order"), rows)
+    yield _table(("severity", "", "what"), _enumerators(text, "EventSeverity"))
+
+
+def _output_of(program: str, *words: str) -> str:
+    path = PROGRAMS / program
+    try:
+        return subprocess.run([path, *words], check=True, capture_output=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        build = f"cmake --preset flight && cmake --build --preset flight --target {program}"
+        raise InputError(f"{path}: does not run: {error}; expected it built: {build}") from None
+
+
+def _schedule() -> Iterator[str]:
+    yield "## Schedule\n\nA tick is 4 ms; [executive](executive.md#schedule) tells what the columns mean.\n"
+    yield _output_of("plumb-fsw", "--schedule")
+
+
+def _modes() -> Iterator[str]:
+    """The tables of the chapter on modes, where docs/executive.md has one."""
+    chapter = re.search(r"^## Modes\n(.*?)(?=^## |\Z)", read_text(EXECUTIVE), re.DOTALL | re.MULTILINE)
+    tables = re.findall(r"(?:^\|.*\n)+", chapter[1] if chapter else "", re.MULTILINE)
+    if tables:
+        yield "## Modes\n\nFrom [executive](executive.md#modes), which tells more.\n"
+        yield from tables
+
+
+def _parameters() -> Iterator[str]:
+    lines = _output_of("plumb-replay", "--list-params").splitlines()
+    rows = [match.groups() for line in lines if (match := _PARAMETER.fullmatch(line))]
+    if len(rows) != len(lines) or not rows:
+        raise InputError(f"{PROGRAMS / 'plumb-replay'} --list-params: a line is no parameter; is it of this version?")
+    yield _PARAMETERS_HEAD
+    yield _table(
+        ("parameter", "default", "from", "to", "unit", "what"),
+        ((f"`{name}`", default, low, high, unit, what) for name, default, low, high, unit, what in rows),
+    )
+
+
+def text() -> str:
+    """The whole document; InputError where a source cannot be read."""
+    parts = [_HEAD, *_messages(), *_events(), *_schedule(), *_modes(), *_parameters()]
+    return "\n".join(part.rstrip("\n") + "\n" for part in parts)

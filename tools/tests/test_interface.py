@@ -1,0 +1,98 @@
+"""docs/interface.md tells what its sources tell, and the sizes in it are those of LCM's own encoder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plumb_tools.interface import document, lcm_types
+from plumb_tools.interface.__main__ import main
+from plumb_tools.sim.devices.messages import types
+from plumb_tools.trajectory import InputError
+
+STRUCTS = {s.name: s for path in document.TELEMETRY.glob("*.lcm") for s in lcm_types.read(path)[1]}
+VARIABLE = {"image_t", "config_t"}
+
+
+@pytest.fixture(name="_built")
+def fixture_built() -> None:
+    for program in ("plumb-fsw", "plumb-replay"):
+        if not (document.PROGRAMS / program).is_file():
+            pytest.skip(f"{program} is not built: cmake --preset flight && cmake --build --preset flight")
+
+
+@pytest.mark.usefixtures("_built")
+def test_the_document_is_of_its_sources(capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(["--check"])
+    told = capsys.readouterr()
+    assert code == 0, f"run tools/interface\n{told.out}{told.err}"
+
+
+@pytest.mark.parametrize("name", sorted(STRUCTS))
+def test_sizes_are_those_of_the_encoder(name: str) -> None:
+    size = lcm_types.size_of(STRUCTS[name], STRUCTS)
+    assert (size is None) == (name in VARIABLE)
+    if size is not None:  # a message of that size is read to its end
+        made = getattr(types(), name)
+        message = made._get_packed_fingerprint().ljust(lcm_types.FINGERPRINT_BYTES + size, b"\0")
+        assert made.decode(message).encode() == message
+
+
+@pytest.mark.parametrize("name", sorted(STRUCTS))
+def test_every_field_is_there_in_its_order(name: str) -> None:
+    made = getattr(types(), name)
+    fields = [(field.type, field.name) for field in STRUCTS[name].fields]
+    kinds = (kind.removeprefix("plumb.") for kind in made.__typenames__)
+    assert fields == list(zip(kinds, made.__slots__, strict=True))
+
+
+def test_comments_go_with_what_they_stand_at(tmp_path: Path) -> None:
+    path = tmp_path / "made.lcm"
+    path.write_text(
+        "package plumb;\n\n// Of the whole file,\n// in two lines.\n\n// Channel ONE: said of it\n// in two lines.\n"
+        "struct one_t {\n  int8_t a[2][3];  // 0 none,\n              // 1 some\n  double b;\n}\n\n"
+        "struct two_t {\n  one_t of;\n}\n"
+    )
+    about, (one, two) = lcm_types.read(path)
+    assert about == "Of the whole file, in two lines."
+    assert (one.channel, one.what) == ("ONE", "said of it in two lines.")
+    assert [(field.name, field.comment) for field in one.fields] == [("a", "0 none, 1 some"), ("b", "")]
+    assert (two.channel, two.comment) == (None, "")
+    assert lcm_types.size_of(two, {"one_t": one}) == 2 * 3 + 8
+
+
+def test_a_line_that_is_no_type_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "made.lcm"
+    path.write_text("package plumb;\nstruct one_t {\n  const int32_t A = 1;\n}\n")
+    with pytest.raises(InputError, match=r"made\.lcm:3: 'const int32_t A = 1;'; expected a struct"):
+        lcm_types.read(path)
+
+
+@pytest.mark.usefixtures("_built")
+def test_what_has_changed_is_shown_and_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also that modes come in with the chapter that tells of them."""
+    executive = tmp_path / "executive.md"
+    modes = "## Modes\n\nText.\n\n| mode | what |\n|---|---|\n| 7 | hover |\n"
+    executive.write_text(f"## Log\n\n| no |\n\n{modes}\n## After\n\n| no |\n")
+    monkeypatch.setattr(document, "EXECUTIVE", executive)
+    monkeypatch.setattr(document, "DOCUMENT", tmp_path / "interface.md")
+    assert main(["--check"]) == 2 and "no such file" in capsys.readouterr().err
+    assert main([]) == 0 and main(["--check"]) == 0
+    text = document.DOCUMENT.read_text()
+    assert "| 7 | hover |" in text and "| no |" not in text
+    document.DOCUMENT.write_text(text.replace("| 7 |", "| 8 |"))
+    capsys.readouterr()
+    assert main(["--check"]) == 1
+    told = capsys.readouterr()
+    assert "-| 8 | hover |" in told.out and "+| 7 | hover |" in told.out and "run tools/interface" in told.err
+
+
+def test_programs_that_are_not_built_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(document, "PROGRAMS", tmp_path)
+    assert main([]) == 2
+    assert "plumb-fsw: does not run" in capsys.readouterr().err
