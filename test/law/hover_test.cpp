@@ -58,7 +58,7 @@ TEST(Hover, HoldsThePlaceForAMinute) {
 }
 
 // Depths in the state, over steps of unknown height, against the truth along the same rays: as wrong as the filter
-// says, no more, also after a minute in which the same images and ranges came 1800 times.
+// says, no more, also after half a minute in which the same images and ranges came a thousand times.
 TEST(Hover, DepthsThatNothingMeasuresStayUncertain) {
   constexpr double kEnd_s = 50.0;
   const Vec3 ground_m = sim::nadir_rig().ground_position_m(0.3);

@@ -53,7 +53,7 @@ class Robustness : public testing::Test {
     speed_error_m_s = speed_error.x();
   }
 
-  /// Fifteen times the usual error at most, and three sigmas of what the filter says itself.
+  /// Fifteen times the usual error at most, and four sigmas of what the filter says itself.
   void expect_recovered() const {
     constexpr double kMaxSpeedError_m_s = 0.06;
     EXPECT_TRUE(valid_always);

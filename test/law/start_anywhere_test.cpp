@@ -69,8 +69,7 @@ struct Limits {
   double velocity_error_m_s = 0.0;
 };
 
-/// Every seed starts in time and right enough, and over the seeds the first covariance is neither too small nor, for
-/// what is flown with, much too large.
+/// Every seed starts in time and right enough, and over the seeds the first covariance is not too small.
 std::vector<Start> expect_starts(const sim::Scene& scene, double from_s, double fly_s, const Limits& limits) {
   std::vector<Start> starts;
   double velocity = 0.0;
