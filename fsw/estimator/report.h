@@ -25,6 +25,8 @@ struct FrameReport {
   std::uint32_t slam_used = 0;
   std::uint32_t slam_rejected = 0;
   std::uint32_t slam_added = 0;
+  double slam_nis =
+      0.0;  ///< normalised innovations squared, summed over slam_used and slam_rejected; ideally 2 of each
   std::uint32_t msckf_used = 0;
   std::uint32_t msckf_rejected = 0;
   std::uint32_t ranged_used = 0;  ///< of the tracks used, those with a range

@@ -105,6 +105,7 @@ void VisualUpdate<Config>::add_slam_rows(State& state, Table& tracks, UpdateStac
       stack.residual(1) = residual.y();
       const double nis = stack.close(state, support);
       noise_.add(nis);
+      report.slam_nis += nis;
       accepted = nis <= gate_.quantile(2);
       if (accepted) {
         stack.weaken(2, gate_.cost(2));

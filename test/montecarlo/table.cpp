@@ -18,7 +18,7 @@ struct Metric {
   double (*value)(const Accuracy&);
 };
 
-constexpr std::array<Metric, 12> kMetrics = {{
+constexpr std::array<Metric, 14> kMetrics = {{
     {"first output", "s", "first_output_s", [](const Accuracy& a) { return a.first_output_s; }},
     {"coverage", "%", "coverage_percent", [](const Accuracy& a) { return a.coverage_percent; }},
     {"distance", "m", "distance_m", [](const Accuracy& a) { return a.distance_m; }},
@@ -31,6 +31,8 @@ constexpr std::array<Metric, 12> kMetrics = {{
     {"|scale error|, cruise", "%", "cruise_scale_percent", [](const Accuracy& a) { return a.cruise_scale_percent; }},
     {"|scale error|, Sim3", "%", "sim3_scale_percent", [](const Accuracy& a) { return a.sim3_scale_percent; }},
     {"ranges used", "%", "range_used_percent", [](const Accuracy& a) { return a.range_used_percent; }},
+    {"NIS of a feature", "ideal 2", "feature_nis", [](const Accuracy& a) { return a.feature_nis; }},
+    {"NIS on a facet", "ideal 1", "range_nis", [](const Accuracy& a) { return a.range_nis; }},
 }};
 
 struct NeesPart {

@@ -167,6 +167,23 @@ void sum_errors(const std::vector<ErrorPoint>& errors, Accuracy& out) {
   out.diverged = !finite || worst_axis_m > std::max(kDivergedFloor_m, kDivergedShare * out.distance_m);
 }
 
+/// Those that were refused count like those that were used.
+void sum_innovations(const FlightLog& log, Accuracy& out) {
+  double feature_sum = 0.0;
+  std::uint64_t features = 0;
+  Mean range;
+  for (const FlightPoint& point : log.points) {
+    const FrameReport& report = point.report;
+    feature_sum += report.slam_nis;
+    features += report.slam_used + report.slam_rejected;
+    if (report.range_outcome != RangeOutcome::kUsed && report.range_outcome != RangeOutcome::kGated) continue;
+    const double innovation = (report.range_measured_m - report.range_predicted_m) / report.range_sigma_m;
+    range.add(innovation * innovation);
+  }
+  out.feature_nis = feature_sum / static_cast<double>(features);
+  out.range_nis = range.value();
+}
+
 }  // namespace
 
 std::vector<ErrorPoint> errors_of(const FlightLog& log) {
@@ -207,6 +224,7 @@ Accuracy evaluate(const FlightLog& log) {
   const double ranges = static_cast<double>(log.counters.ranges);
   out.range_used_percent =
       ranges > 0.0 ? 100.0 * static_cast<double>(log.counters.ranges_used + log.counters.ranges_feature) / ranges : 0.0;
+  sum_innovations(log, out);
   return out;
 }
 

@@ -49,6 +49,8 @@ struct Accuracy {
   std::array<Nees, kCheckpoints.size()> nees{};
   Nees mean_nees;                   ///< over all outputs from one second after the first
   double range_used_percent = 0.0;  ///< of all ranges
+  double feature_nis = 0.0;  ///< normalised innovation squared of a feature in the state, mean; ideally 2. NaN: none
+  double range_nis = 0.0;    ///< of a range that was compared with a facet; ideally 1. NaN: none
 };
 
 Accuracy evaluate(const FlightLog& log);

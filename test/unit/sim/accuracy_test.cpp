@@ -103,6 +103,29 @@ TEST(Accuracy, TrueCovarianceGivesNeesOfItsDegreesOfFreedom) {
   });
 }
 
+TEST(Accuracy, InnovationsCountWhetherUsedOrRefused) {
+  FlightLog log = flight_with([](int) { return NavError{}; });
+  EXPECT_TRUE(std::isnan(evaluate(log).feature_nis));
+  EXPECT_TRUE(std::isnan(evaluate(log).range_nis));
+  FrameReport& first = log.points[10].report;
+  first.slam_used = 3;
+  first.slam_nis = 5.0;
+  first.range_outcome = RangeOutcome::kUsed;
+  first.range_measured_m = 7.2;
+  first.range_predicted_m = 7.0;
+  first.range_sigma_m = 0.1;
+  FrameReport& second = log.points[20].report;
+  second.slam_rejected = 1;
+  second.slam_nis = 11.0;
+  second.range_outcome = RangeOutcome::kGated;
+  second.range_measured_m = 6.6;
+  second.range_predicted_m = 7.0;
+  second.range_sigma_m = 0.1;
+  log.points[30].report.range_outcome = RangeOutcome::kNoFacet;  // was not compared
+  EXPECT_DOUBLE_EQ(evaluate(log).feature_nis, 4.0);
+  EXPECT_NEAR(evaluate(log).range_nis, 10.0, 1e-9);
+}
+
 TEST(Accuracy, DivergenceIsCalledByItsName) {
   EXPECT_TRUE(evaluate(FlightLog{}).diverged);
   EXPECT_FALSE(evaluate(FlightLog{}).started);
