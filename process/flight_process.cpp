@@ -206,7 +206,7 @@ void FlightProcess::Parts::put_together() {
     return lcm == nullptr ? static_cast<TelemetrySink&>(no_sink) : *lcm;
   };
   Clock& nav_clock = clock(FlightThread::kNav);
-  tick.emplace(setup.parameters.estimator.imu, rings, link, tick_clock, nav_clock, tick_log.log, sink(tick_lcm));
+  tick.emplace(setup.parameters, rings, link, tick_clock, nav_clock, tick_log.log, sink(tick_lcm));
   static std::optional<FlightTracker<FlightConfig>> tracker;
   tracker.emplace(setup.calibration.camera, setup.parameters.tracker);
   static std::optional<NavTask<FlightConfig>> nav_task;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fsw/modes/mode_machine.h"
+
 namespace plumb {
 
 template <class Config>
@@ -103,11 +105,27 @@ void NavJob<Config>::process(const CameraFrame& frame) {
 
 template <class Config>
 NavStateRecord NavJob<Config>::record() const {
-  return {.state = estimator_.state(),
+  const NavState& state = estimator_.state();
+  return {.state = state,
+          .status = {.valid = state.valid,
+                     .mode = mode_at_image(state, modes_),
+                     .reliable_for_s = time_to_unreliable_s(state, drift_, modes_)},
           .report = estimator_.report(),
           .t_image = t_image_,
           .sequence = image_sequence_,
           .state_hash = estimator_.state_hash()};
+}
+
+template <class Config>
+NavResult NavJob<Config>::result() const {
+  const NavState& state = estimator_.state();
+  return {.state = state,
+          .reliable_for_s = time_to_unreliable_s(state, drift_, modes_),
+          .report = estimator_.report(),
+          .estimator = estimator_.counters(),
+          .system = counters_,
+          .calibration = estimator_.calibration(),
+          .pixel_noise_px = estimator_.pixel_noise_px()};
 }
 
 template class NavJob<PaperConfig>;

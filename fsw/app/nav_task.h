@@ -52,13 +52,9 @@ class NavTask {
     const Time end = clock_.now();
     const NavAnswer answer{.has_state = outcome.processed,
                            .slot = slot_,
-                           .state = job_.estimator().state(),
+                           .result = job_.result(),
                            .t_start = t_start_,
-                           .t_end = end,
-                           .estimator = job_.estimator().counters(),
-                           .system = job_.counters(),
-                           .calibration = job_.estimator().calibration(),
-                           .pixel_noise_px = job_.estimator().pixel_noise_px()};
+                           .t_end = end};
     if (outcome.processed) report(end - start);
     const Status answered = link_.answers.push(answer);
     PLUMB_ASSERT(ok(answered));  // the gate sends no image before it has the answer to the last one

@@ -37,13 +37,13 @@ class TickPacer {
 class TickTask {
  public:
   /// `wake_nav` is woken when there is an order. All must outlive the task.
-  TickTask(const ImuOptions& imu, SensorRings& rings, NavLink& link, Clock& clock, Clock& wake_nav, LogSink& log,
+  TickTask(const Parameters& parameters, SensorRings& rings, NavLink& link, Clock& clock, Clock& wake_nav, LogSink& log,
            TelemetrySink& telemetry)
       : rings_(rings),
         clock_(clock),
         wake_nav_(wake_nav),
         gate_(rings, link),
-        output_(imu),
+        output_(parameters),
         log_(log),
         publisher_(telemetry),
         pacer_(clock.now()) {}

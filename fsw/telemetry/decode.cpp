@@ -74,8 +74,11 @@ Status decode(MessageBytes bytes, NavStateRecord& record) {
   record.report = report_of(message);
   NavState& state = record.state;
   state.t = record.t_image;
-  state.valid = message.valid == 1;
-  state.mode = static_cast<NavMode>(message.mode);
+  state.valid = record.status.valid = message.valid == 1;
+  record.status.mode = static_cast<NavMode>(message.mode);
+  record.status.reliable_for_s = message.reliable_for_s;
+  state.t_vision = Time::from_ns(message.vision_time_ns);
+  state.t_range = Time::from_ns(message.range_time_ns);
   state.heading_known = message.heading_known == 1;
   state.reset_count = static_cast<std::uint32_t>(message.reset_count);
   copy(message.p_WI_m, state.p_WI_m);

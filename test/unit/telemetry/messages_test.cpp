@@ -48,7 +48,10 @@ TEST(Messages, NavStateComesBackWhole) {
   EXPECT_EQ(back.sequence, sent.sequence);
   EXPECT_EQ(back.state_hash, sent.state_hash);
   EXPECT_EQ(back.state.valid, sent.state.valid);
-  EXPECT_EQ(back.state.mode, sent.state.mode);
+  EXPECT_EQ(back.status.mode, sent.status.mode);
+  EXPECT_EQ(back.status.reliable_for_s, sent.status.reliable_for_s);
+  EXPECT_EQ(back.state.t_vision, sent.state.t_vision);
+  EXPECT_EQ(back.state.t_range, sent.state.t_range);
   EXPECT_EQ(back.state.reset_count, sent.state.reset_count);
   EXPECT_EQ(back.state.p_WI_m, sent.state.p_WI_m);
   EXPECT_EQ(back.state.v_WI_m_s, sent.state.v_WI_m_s);
@@ -91,7 +94,7 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 TEST(Messages, CarryEveryMemberOfTheRecords) {
   EXPECT_EQ(test::member_count<FrameReport>(), 19U);
   EXPECT_EQ(test::member_count<EstimatorCounters>(), 24U);
-  EXPECT_EQ(test::member_count<NavSystemCounters>(), 6U);
+  EXPECT_EQ(test::member_count<NavSystemCounters>(), 7U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
   EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);
 }
@@ -108,15 +111,31 @@ TEST(Messages, HealthTimingAndOutputReachAReceiver) {
   EXPECT_EQ(health.calibration[6], 0.003);
   EXPECT_EQ(health.calibration_sigma[17], 0.002);
   EXPECT_EQ(health.pixel_noise_px, 0.75);
+  EXPECT_EQ(health.commanded_resets, 2);
+  EXPECT_EQ(health.valid, 1);
+  EXPECT_EQ(health.mode, 4);
+  EXPECT_EQ(health.reliable_for_s, 1.75);
+  EXPECT_EQ(health.sensors[2].state, 2);
+  EXPECT_EQ(health.sensors[2].rate_hz, 24.5);
+  EXPECT_EQ(health.sensors[2].last_ns, 71);
+  EXPECT_EQ(health.sensors[2].refused_in_a_row, 72);
+  EXPECT_EQ(health.sensors[2].samples, 73);
+  EXPECT_EQ(health.sensors[2].refused, 74);
   const auto timing = received<timing_t>(encoded(sample_timing()));
   EXPECT_EQ(timing.stage_ns[0], 10);
   EXPECT_EQ(timing.stage_ns[kStageCount - 1], static_cast<std::int64_t>(9 + kStageCount));
   EXPECT_EQ(timing.step_ns, 1000);
-  const PredictedState state{.t = Time::from_ns(3), .p_WI_m = {1, 2, 3}, .v_WI_m_s = {4, 5, 6}, .q_WI = {0, 1, 0, 0}};
+  const PredictedState state{.t = Time::from_ns(3), .p_WI_m = {1, 2, 3}, .v_WI_m_s = {4, 5, 6}, .q_WI = {0, 1, 0, 0},
+                             .reset_count = 7,
+                             .status = {.valid = true, .mode = NavMode::kInertial, .reliable_for_s = 2.5}};
   const auto output = received<nav_output_t>(encoded(state));
   EXPECT_EQ(output.time_ns, 3);
   EXPECT_EQ(output.v_WI_m_s[2], 6.0);
   EXPECT_EQ(output.q_WI[1], 1.0);
+  EXPECT_EQ(output.reset_count, 7);
+  EXPECT_EQ(output.valid, 1);
+  EXPECT_EQ(output.mode, 3);
+  EXPECT_EQ(output.reliable_for_s, 2.5);
 }
 
 TEST(Messages, InputFrameComesBackBitByBit) {
