@@ -19,8 +19,8 @@ struct ModeOptions {
   double poor_share = 0.25;   ///< of the samples of one second refused: degraded
   double poor_rate = 0.5;     ///< of the best rate so far: a sensor that is slower is degraded
 
-  double position_sigma_limit_m = 5.0;      ///< 1 sigma of an axis: a state that is worse is not reliable
-  double velocity_sigma_limit_m_s = 1.0;
+  double position_sigma_limit_m = 1.0;  ///< 1 sigma of an axis: a state that is worse is not reliable
+  double velocity_sigma_limit_m_s = 0.5;
   double horizon_s = 30.0;  ///< longest time for which reliability is foretold
 };
 
