@@ -8,7 +8,9 @@ std::uint32_t difference(std::uint64_t now, std::uint64_t before) { return stati
 std::int64_t argument(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
 // The order in which the enum has them is that of the aiding, best first; without a state comes after any with one.
-int rank(NavMode mode) { return mode == NavMode::kInitialising ? static_cast<int>(NavMode::kFailed) : static_cast<int>(mode); }
+int rank(NavMode mode) {
+  return mode == NavMode::kInitialising ? static_cast<int>(NavMode::kFailed) : static_cast<int>(mode);
+}
 
 EventSeverity severity_of(NavMode from, NavMode to) {
   if (to == NavMode::kFailed) return EventSeverity::kFailure;
@@ -35,6 +37,13 @@ void FlightMonitor::take(const NavResult& result) {
 void FlightMonitor::step(const InputFrame& input, const Output& output) {
   events_.clear();
   const Time t = input.t;
+  for (const Command& command : input.commands) {
+    const bool accepted = command.verdict == CommandVerdict::kAccepted;
+    tell({.id = EventId::kCommand,
+          .severity = accepted ? EventSeverity::kInfo : EventSeverity::kWarning,
+          .t = t,
+          .arguments = {command.id, command.source, command.sequence, static_cast<std::int64_t>(command.verdict)}});
+  }
   if (estimator_.resets != resets_told_) {
     resets_told_ = estimator_.resets;
     tell({.id = EventId::kFilterReset,

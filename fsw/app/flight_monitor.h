@@ -1,5 +1,6 @@
 #pragma once
-// Watches the flight tick by tick, and tells what changed: the mode, how each sensor does, resets of the filter. Fed with
+// Watches the flight tick by tick, and tells what changed: the mode, how each sensor does, resets of the
+// filter, commands. Fed with
 // what is in input frames and in results of the nav job alone, so that a replay is told the same.
 
 #include <array>
@@ -16,8 +17,8 @@ using SensorsHealth = std::array<SensorHealth, kSensorNames.size()>;
 
 class FlightMonitor {
  public:
-  /// A mode, three sensors, a reset.
-  using Events = FixedVector<Event, 8>;
+  /// A mode, three sensors, a reset, and the commands.
+  using Events = FixedVector<Event, 5 + kMaxCommandsPerFrame>;
 
   /// What the output made of the samples of a tick.
   struct Output {

@@ -9,6 +9,7 @@ namespace plumb {
 template <class Config>
 const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageView* image) {
   outcome_ = {};
+  for (const Command& command : input.commands) carry_out(command);
   add_samples(input);
   if (waiting_ && estimator_.imu_reaches(waiting_frame_.t_exposure_mid)) {
     waiting_ = false;
@@ -16,6 +17,15 @@ const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageVie
   }
   if (input.has_camera) accept_image(input, image);
   return outcome_;
+}
+
+// An image that waits is of the time before, too, and starts the filter as well as any other.
+template <class Config>
+void NavJob<Config>::carry_out(const Command& command) {
+  if (!command.is(CommandId::kReset)) return;
+  estimator_.reset();
+  tracker_.reset();
+  ++counters_.commanded_resets;
 }
 
 // Total order within the tick: by time, at equal times the IMU before the range. The record holds each kind in order.

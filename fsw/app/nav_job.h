@@ -46,10 +46,10 @@ class NavJob {
         observer_(observer),
         estimator_(parameters.estimator, calibration.sensor, observer) {}
 
-  /// The samples in total order, then the waiting image if the IMU has reached it, then the new image. `image` belongs
-  /// to input.camera and is read only during the call (a frame that has to wait is copied). One frame waits at a time;
-  /// a frame that arrives meanwhile is skipped and counted: with an IMU that lags by more than the frame period every
-  /// other frame is still used, while replacing the waiting one would starve the filter.
+  /// The commands, the samples in total order, then the waiting image if the IMU has reached it, then the new image.
+  /// `image` belongs to input.camera and is read only during the call (a frame that has to wait is copied). One frame
+  /// waits at a time; a frame that arrives meanwhile is skipped and counted: with an IMU that lags by more than the
+  /// frame period every other frame is still used, while replacing the waiting one would starve the filter.
   /// Precondition: frames in order of time.
   const ImageOutcome& step(const InputFrame& input, const ImageView* image);
 
@@ -67,6 +67,7 @@ class NavJob {
   NavResult result() const;
 
  private:
+  void carry_out(const Command& command);
   void add_samples(const InputFrame& input);
   void accept_image(const InputFrame& input, const ImageView* image);
   void keep_waiting(const CameraFrame& frame);

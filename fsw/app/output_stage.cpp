@@ -19,11 +19,8 @@ void OutputStage::step(const InputFrame& input) {
     t_imu_ = sample.t;
     const NavState& now = predictor_.state();
     if (!now.valid) continue;
-    const Status kept = predicted_.push_back({.t = now.t,
-                                              .p_WI_m = now.p_WI_m,
-                                              .v_WI_m_s = now.v_WI_m_s,
-                                              .q_WI = now.q_WI,
-                                              .reset_count = now.reset_count});
+    const Status kept = predicted_.push_back(
+        {.t = now.t, .p_WI_m = now.p_WI_m, .v_WI_m_s = now.v_WI_m_s, .q_WI = now.q_WI, .reset_count = now.reset_count});
     PLUMB_ASSERT(ok(kept));  // one per IMU sample of the tick: both have the same capacity
   }
   monitor_.step(input, {.imu = imu, .t_imu = t_imu_, .state = predictor_.state()});

@@ -189,8 +189,7 @@ constexpr std::array kRows{
                                        "without an IMU sample, after which navigation has failed"),
     modes<&ModeOptions::start_time_s>("modes.start_time", "s", 0.0, 1000.0,
                                       "that the IMU may take to say something after power-up"),
-    modes<&ModeOptions::steady_s>("modes.steady", "s", 0.0, 100.0,
-                                  "of IMU samples without a hole that end a failure"),
+    modes<&ModeOptions::steady_s>("modes.steady", "s", 0.0, 100.0, "of IMU samples without a hole that end a failure"),
     modes<&ModeOptions::max_resets>("modes.max_resets", "1", 1, ModeMachine::kMaxResets,
                                     "resets that nobody commanded, within modes.reset_window, that are a failure"),
     modes<&ModeOptions::reset_window_s>("modes.reset_window", "s", 0.1, 1000.0, "in which resets are counted"),
@@ -210,8 +209,7 @@ constexpr std::array kRows{
                                                 "1 sigma of an axis above which a state is not reliable"),
     modes<&ModeOptions::velocity_sigma_limit_m_s>("modes.velocity_sigma_limit", "m/s", 1e-3, 1e6,
                                                   "1 sigma of an axis above which a state is not reliable"),
-    modes<&ModeOptions::horizon_s>("modes.horizon", "s", 0.1, 3600.0,
-                                   "longest time for which reliability is foretold"),
+    modes<&ModeOptions::horizon_s>("modes.horizon", "s", 0.1, 3600.0, "longest time for which reliability is foretold"),
 };
 static_assert(param_names_unique<Parameters>(kRows), "two parameters share a name");
 

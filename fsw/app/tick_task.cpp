@@ -43,10 +43,19 @@ void TickTask::publish() {
     dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [this](const ScheduleFact& fact) { tell(fact); });
   }
   tell_of_gate();
+  answer_commands();
   for (const Event& event : output_.events()) tell(event);
   for (const PredictedState& state : output_.predicted()) {
     publisher_.publish(channel::kNavOutput, state);
     log_.write(channel::kNavOutput, state.t, state);
+  }
+}
+
+void TickTask::answer_commands() {
+  for (const Command& command : gate_.frame().commands) {
+    const CommandAck ack{.t = gate_.frame().t, .command = command};
+    publisher_.publish(channel::kCommandAck, ack);
+    log_.write(channel::kCommandAck, ack.t, ack);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "fsw/app/publisher.h"
 #include "fsw/app/record_log.h"
 #include "fsw/schedule/dispatcher.h"
+#include "fsw/telemetry/command_messages.h"
 #include "fsw/telemetry/executive_messages.h"
 #include "hal/include/clock.h"
 
@@ -60,6 +61,7 @@ class TickTask {
   void assemble();
   void predict();
   void publish();
+  void answer_commands();
   void publish_health();
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);

@@ -25,6 +25,7 @@ enum class EventId : std::uint16_t {
   kModeChanged = 16,    ///< NavMode before and now, conditions that hold (fsw/modes/mode_machine.h), resets so far
   kSensorChanged = 17,  ///< Sensor, SensorState before and now, samples refused in a row
   kFilterReset = 18,    ///< resets, commanded ones among them, numerical faults, holes in the IMU's samples so far
+  kCommand = 19,        ///< CommandId, source, sequence, CommandVerdict
 };
 
 struct Event {

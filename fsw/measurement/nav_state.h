@@ -37,7 +37,7 @@ inline constexpr std::size_t kNavAccelBias = 12;
 
 struct NavState {
   Time t;
-  bool valid = false;  ///< false: every number below is meaningless
+  bool valid = false;             ///< false: every number below is meaningless
   Time t_vision = Time::never();  ///< newest image that held it, by its features or by showing a standstill
   Time t_range = Time::never();   ///< newest range that did
   bool heading_known = false;     ///< W has x east, y north; false: its heading is that of the start

@@ -13,11 +13,11 @@ struct ModeOptions {
   double reset_window_s = 10.0;   ///< within this time are a failure
   double fault_recovery_s = 5.0;  ///< after a numerical fault, to have a state again
 
-  int rejected_after = 10;    ///< samples refused in a row, after which a sensor counts as rejected
-  int degraded_after = 3;     ///< and as degraded
-  int restored_after = 5;     ///< samples accepted in a row, after which it counts as sound again
-  double poor_share = 0.25;   ///< of the samples of one second refused: degraded
-  double poor_rate = 0.5;     ///< of the best rate so far: a sensor that is slower is degraded
+  int rejected_after = 10;   ///< samples refused in a row, after which a sensor counts as rejected
+  int degraded_after = 3;    ///< and as degraded
+  int restored_after = 5;    ///< samples accepted in a row, after which it counts as sound again
+  double poor_share = 0.25;  ///< of the samples of one second refused: degraded
+  double poor_rate = 0.5;    ///< of the best rate so far: a sensor that is slower is degraded
 
   double position_sigma_limit_m = 1.0;  ///< 1 sigma of an axis: a state that is worse is not reliable
   double velocity_sigma_limit_m_s = 0.5;

@@ -1,8 +1,8 @@
 #pragma once
 // How long a state can be relied on if nothing aided it from now on: until position or velocity are worse than asked.
 //
-// Unaided, an error of attitude tilts gravity into the acceleration, a bias of the gyro turns the attitude and one of the
-// accelerometer adds to the acceleration, so that after tau seconds
+// Unaided, an error of attitude tilts gravity into the acceleration, a bias of the gyro turns the attitude and one of
+// the accelerometer adds to the acceleration, so that after tau seconds
 //
 //   sigma_v <= s_v + (g s_tilt + s_ba) tau + g s_bg tau^2 / 2 + n_a tau^(1/2) + g n_g (tau^3 / 3)^(1/2)
 //   sigma_p <= s_p + s_v tau + (g s_tilt + s_ba) tau^2 / 2 + g s_bg tau^3 / 6 + n_a (tau^3 / 3)^(1/2)

@@ -67,7 +67,7 @@ static_assert(is_sound(kSensorTable, sensor_condition::kAll));
 
 struct SensorHealth {
   SensorState state = SensorState::kSilent;
-  double rate_hz = 0.0;        ///< over its last whole second
+  double rate_hz = 0.0;         ///< over its last whole second
   Time t_last = Time::never();  ///< of the tick that brought the newest sample
   std::uint32_t refused_in_a_row = 0;
   std::uint64_t samples = 0;  ///< since start-up

@@ -59,6 +59,23 @@ FrameReport report_of(const nav_state_t& message) {
   return report;
 }
 
+bool take_commands(const input_frame_t& message, InputFrame& frame) {
+  if (message.command_count < 0 || message.command_count > static_cast<std::int32_t>(kMaxCommandsPerFrame))
+    return false;
+  frame.commands.resize(static_cast<std::size_t>(message.command_count));
+  for (std::size_t i = 0; i < frame.commands.size(); ++i) {
+    const command_record_t& record = message.commands[i];
+    if (!is_enum(record.verdict, CommandVerdict::kRepeated)) return false;
+    Command& command = frame.commands[i];
+    command.source = static_cast<std::uint32_t>(record.source);
+    command.sequence = static_cast<std::uint32_t>(record.sequence);
+    command.id = static_cast<std::uint16_t>(record.id);
+    copy(record.arguments, command.arguments);
+    command.verdict = static_cast<CommandVerdict>(record.verdict);
+  }
+  return true;
+}
+
 }  // namespace
 
 Status decode(MessageBytes bytes, NavStateRecord& record) {
@@ -128,6 +145,7 @@ Status decode(MessageBytes bytes, InputFrame& frame) {
     copy(sample.seen_I, frame.direction[i].seen_I);
     copy(sample.known_W, frame.direction[i].known_W);
   }
+  if (!take_commands(message, frame)) return Status::kInvalidValue;
   frame.has_camera = message.has_camera == 1;
   frame.camera = {};
   if (frame.has_camera) {

@@ -77,6 +77,21 @@ void fill_counters(const EstimatorCounters& counters, nav_health_t& message) {
   message.resets = as_signed(counters.resets);
 }
 
+void fill_commands(const InputFrame& frame, input_frame_t& message) {
+  static_assert(std::size(decltype(message.commands){}) == kMaxCommandsPerFrame,
+                "input.lcm has the capacity of InputFrame");
+  message.command_count = static_cast<std::int32_t>(frame.commands.size());
+  for (std::size_t i = 0; i < frame.commands.size(); ++i) {
+    const Command& command = frame.commands[i];
+    command_record_t& record = message.commands[i];
+    record.source = as_signed(command.source);
+    record.sequence = as_signed(command.sequence);
+    record.id = static_cast<std::int16_t>(command.id);
+    copy(command.arguments, record.arguments);
+    record.verdict = static_cast<std::int8_t>(command.verdict);
+  }
+}
+
 }  // namespace
 
 Result<std::size_t> encode(const NavStateRecord& record, MessageBuffer buffer) {
@@ -192,6 +207,7 @@ Result<std::size_t> encode(const InputFrame& frame, MessageBuffer buffer) {
     copy(frame.direction[i].seen_I, message.direction[i].seen_I);
     copy(frame.direction[i].known_W, message.direction[i].known_W);
   }
+  fill_commands(frame, message);
   message.has_camera = frame.has_camera ? 1 : 0;
   message.camera_time_ns = frame.has_camera ? frame.camera.t_exposure_mid.ns() : 0;
   message.camera_sequence = as_signed(frame.camera.sequence);

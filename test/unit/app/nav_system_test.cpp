@@ -258,6 +258,32 @@ TEST_F(NavSystemTest, AFrameThatTheNavJobNeverGotStillCarriesTheOutputOn) {
   EXPECT_EQ(system_->estimator().counters().imu_samples, samples);
 }
 
+TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  ASSERT_TRUE(system_->estimator().state().valid);
+  Command reset{.id = static_cast<std::uint16_t>(CommandId::kReset), .verdict = CommandVerdict::kRepeated};
+  input = tick(6, 24'000'000);
+  ASSERT_EQ(input.commands.push_back(reset), Status::kOk);
+  system_->step(input, nullptr);
+  EXPECT_TRUE(system_->estimator().state().valid);
+  input = tick(7, 28'000'000);
+  reset.verdict = CommandVerdict::kAccepted;
+  ASSERT_EQ(input.commands.push_back(reset), Status::kOk);
+  const NavTick& done = system_->step(input, nullptr);
+  ASSERT_FALSE(done.events.empty());
+  EXPECT_EQ(done.events[0].id, EventId::kCommand);
+  EXPECT_FALSE(system_->estimator().state().valid);
+  EXPECT_EQ(system_->estimator().state().reset_count, 1U);
+  EXPECT_EQ(system_->counters().commanded_resets, 1U);
+  EXPECT_EQ(system_->estimator().counters().resets, 1U);
+}
+
 TEST_F(NavSystemTest, AnImageThatWasSkippedInFlightIsSkippedAgain) {
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);

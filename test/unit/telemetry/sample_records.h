@@ -61,6 +61,11 @@ inline InputFrame sample_input() {
                                                .source = DirectionSource::kMagnetometer,
                                                .seen_I = {0.1, 0.2, 0.3},
                                                .known_W = {0.4, 0.5, 0.6}}));
+  static_cast<void>(frame.commands.push_back({.source = 0xfffffff1U,
+                                              .sequence = 0xfffffff2U,
+                                              .id = 0xfff3U,
+                                              .arguments = {1.5, 2.5, 3.5, 4.5},
+                                              .verdict = CommandVerdict::kArgument}));
   frame.has_camera = true;
   frame.handover = Handover::kReleased;
   frame.image_skipped = true;
