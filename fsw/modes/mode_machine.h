@@ -27,7 +27,7 @@ inline constexpr ConditionSet kFailure = kImuSilent | kResetStorm | kFaultStands
 
 /// By bit.
 inline constexpr std::array<ConditionText, 7> kModeConditions{{
-    {"state", "the output has a state"},
+    {"a state", "the output has one"},
     {"image old", "no image held the state for `modes.image_timeout`, by its features or by showing a standstill"},
     {"range old", "no range was of use for `modes.range_timeout`"},
     {"IMU silent", "no sample for `modes.imu_timeout`; at first `modes.start_time`"},
