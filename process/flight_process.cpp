@@ -336,6 +336,12 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
   getrusage(RUSAGE_SELF, &usage);
   std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);
   summary.lines.emplace_back(line);
+  if (command) {
+    std::snprintf(line, sizeof line, "channel COMMAND: %llu messages were no command, %llu came too fast",
+                  static_cast<unsigned long long>(command->not_commands()),
+                  static_cast<unsigned long long>(sensor_rings().commands.overflows()));
+    summary.lines.emplace_back(line);
+  }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
     std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,

@@ -17,7 +17,6 @@ import lcm
 from plumb_tools.sim.devices.messages import types
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
-_ATTEMPTS = 3  # the network may lose one; the flight software knows a repeated command by its number
 
 
 class CommandId(IntEnum):
@@ -63,15 +62,11 @@ def send(url: str, source: int, command_id: int, timeout_s: float) -> Any | None
             answers.append(ack)
 
     link.subscribe("COMMAND_ACK", keep)
-    message = command(source, sequence, command_id)
-    for _ in range(_ATTEMPTS):
-        link.publish("COMMAND", message)
-        end = time.monotonic() + timeout_s / _ATTEMPTS
-        while not answers and (left_s := end - time.monotonic()) > 0:
-            link.handle_timeout(max(1, int(1e3 * left_s)))
-        if answers:
-            return answers[0]
-    return None
+    link.publish("COMMAND", command(source, sequence, command_id))
+    end = time.monotonic() + timeout_s
+    while not answers and (left_s := end - time.monotonic()) > 0:
+        link.handle_timeout(max(1, int(1e3 * left_s)))
+    return answers[0] if answers else None
 
 
 def main(arguments: list[str]) -> int:

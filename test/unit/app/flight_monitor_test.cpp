@@ -18,7 +18,7 @@ bool same(const Event& a, const Event& b) {
 /// A flight in which sensors come and go, results hold and do not, the filter is reset, and commands come.
 class AnyFlight {
  public:
-  explicit AnyFlight(test::Generator& g) : g_(g) {}
+  explicit AnyFlight(test::Generator& g) : g_(g) { input_.t = Time::from_seconds(3); }
 
   /// The next tick, as the monitor sees it.
   void fly(FlightMonitor& monitor, FlightMonitor& again) {
@@ -65,7 +65,7 @@ class AnyFlight {
 
   test::Generator& g_;
   std::array<bool, 7> on_{};
-  InputFrame input_{.t = Time::from_seconds(3)};
+  InputFrame input_;
   Time t_imu_ = Time::never();
   NavResult result_;
 };
@@ -110,7 +110,8 @@ TEST(FlightMonitorLaws, EveryChangeIsToldOnceAndTheSameInAReplay) {
 TEST(FlightMonitor, ResetsThatWereCommandedAreNoFailure) {
   FlightMonitor monitor({});
   NavResult result;
-  InputFrame input{.t = Time::from_seconds(3)};
+  InputFrame input;
+  input.t = Time::from_seconds(3);
   for (int i = 0; i < 100; ++i) {
     input.t = input.t + Duration::from_ms(50);
     result.state = {.t = input.t, .valid = true, .t_vision = input.t};

@@ -258,6 +258,33 @@ TEST_F(NavSystemTest, AFrameThatTheNavJobNeverGotStillCarriesTheOutputOn) {
   EXPECT_EQ(system_->estimator().counters().imu_samples, samples);
 }
 
+TEST_F(NavSystemTest, SaysWhetherTheOutputMayBeActedOnAndForHowLong) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  const NavTick& done = system_->step(tick(8, 32'000'000), nullptr);
+  ASSERT_EQ(done.predicted.size(), 2U);
+  EXPECT_TRUE(done.predicted[1].status.valid);
+  EXPECT_EQ(done.predicted[1].status.mode, NavMode::kInertial) << "the tracker saw nothing";
+  EXPECT_GT(done.predicted[1].status.reliable_for_s, 0.0);
+  EXPECT_NEAR(done.predicted[0].status.reliable_for_s - done.predicted[1].status.reliable_for_s, 0.005, 1e-9);
+  for (input = tick(9, 32'000'000); done.predicted.empty() || done.predicted[0].status.valid;) {
+    ASSERT_LT(++input.tick, 200U) << "without an IMU nothing lasts";
+    input.imu.clear();
+    input.t = Time::from_ns(static_cast<std::int64_t>(input.tick) * kTick_ns);
+    system_->step(input, nullptr);
+  }
+  EXPECT_EQ(done.predicted[0].status.mode, NavMode::kFailed);
+  EXPECT_EQ(done.predicted[0].status.reliable_for_s, 0.0);
+  ASSERT_FALSE(done.events.empty());
+  EXPECT_EQ(done.events[0].id, EventId::kModeChanged);
+  EXPECT_EQ(done.events[0].severity, EventSeverity::kFailure);
+}
+
 TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
   NavState truth;
   truth.t = Time::from_ns(0);
