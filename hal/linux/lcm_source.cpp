@@ -57,8 +57,8 @@ unsigned interface_towards(in_addr address) {
 bool is_loopback(unsigned interface) {
   ifreq request{};
   const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const bool known = any >= 0 && if_indextoname(interface, request.ifr_name) != nullptr &&
-                     ioctl(any, SIOCGIFFLAGS, &request) == 0;
+  const bool known =
+      any >= 0 && if_indextoname(interface, request.ifr_name) != nullptr && ioctl(any, SIOCGIFFLAGS, &request) == 0;
   if (any >= 0) close(any);
   return known && (request.ifr_flags & IFF_LOOPBACK) != 0;
 }
