@@ -1,7 +1,6 @@
 #pragma once
-// Watches the flight tick by tick, and tells what changed: the mode, how each sensor does, resets of the
-// filter, commands. Fed with
-// what is in input frames and in results of the nav job alone, so that a replay is told the same.
+// Watches the flight tick by tick, and tells what changed: the mode, how each sensor does, resets of the filter,
+// commands. Fed with what is in input frames and in results of the nav job alone, so that a replay is told the same.
 
 #include <array>
 
