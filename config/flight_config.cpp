@@ -21,6 +21,7 @@ class Reader {
   FlightSetup read() {
     steps_([&] { setup_.log = file_.text_or("log", ""); });
     steps_([&] { setup_.lcm_url = file_.text_or("lcm", ""); });
+    steps_([&] { setup_.commands = access(file_.text_or("commands", "local")); });
     std::optional<YamlFile> imu = section("imu");
     std::optional<YamlFile> camera = section("camera");
     if (imu) read_imu_section(*imu);
@@ -71,6 +72,13 @@ class Reader {
   }
   static Duration milliseconds(const YamlFile& yaml, const char* key, double value) {
     return Duration::from_seconds(1e-3 * number(yaml, key, value, 0.0, 1000.0));
+  }
+
+  CommandAccess access(const std::string& word) const {
+    if (word == "off") return CommandAccess::kOff;
+    if (word == "local") return CommandAccess::kLocal;
+    if (word == "network") return CommandAccess::kNetwork;
+    file_.fail("commands", "expected off, local or network, found '" + word + "'");
   }
 
   void read_imu_section(const YamlFile& yaml) {

@@ -44,8 +44,16 @@ struct RangeSetup {
 };
 
 /// The threads of plumb-fsw.
-enum class FlightThread : std::uint8_t { kImu = 0, kTick, kCamera, kRange, kNav, kLog };
-inline constexpr std::array<const char*, 6> kFlightThreadNames = {"imu", "tick", "camera", "range", "nav", "log"};
+enum class FlightThread : std::uint8_t { kImu = 0, kTick, kCamera, kRange, kNav, kLog, kCommand };
+inline constexpr std::array<const char*, 7> kFlightThreadNames = {"imu", "tick", "camera", "range",
+                                                                  "nav", "log",  "command"};
+
+/// Who may command the flight software over LCM.
+enum class CommandAccess : std::uint8_t {
+  kOff = 0,
+  kLocal,    ///< programs on this host; where that cannot be told from others, nobody
+  kNetwork,  ///< whoever reaches the multicast group
+};
 
 struct ThreadSetup {
   int priority = 0;  ///< SCHED_FIFO, 1 to 99; 0: none
@@ -55,14 +63,15 @@ struct ThreadSetup {
 struct FlightSetup {
   std::string text;     ///< of the file, for the log
   std::string log;      ///< file name; empty: no log
-  std::string lcm_url;  ///< empty: no telemetry
+  std::string lcm_url;  ///< empty: no telemetry, no commands
+  CommandAccess commands = CommandAccess::kLocal;
   ImuSetup imu;
   CameraSetup camera;
   RangeSetup range;
   Calibration calibration;
   Parameters parameters;
   /// Who reads a device or keeps the beat comes before who computes; what may wait has no priority.
-  std::array<ThreadSetup, kFlightThreadNames.size()> threads{{{85}, {80}, {70}, {60}, {50}, {0}}};
+  std::array<ThreadSetup, kFlightThreadNames.size()> threads{{{85}, {80}, {70}, {60}, {50}, {0}, {0}}};
 };
 
 /// Everything that is wrong with the file is added to `faults`; if that is nothing, the setup can be flown.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fsw/telemetry/command_messages.h"
+
 namespace plumb {
 namespace {
 
@@ -42,6 +44,17 @@ void CanRangeTask::run_once() {
     count(samples_);
   } else if (reading.status() == Status::kRejected && socket_.health().state == CanState::kDown) {
     clock_.wait_until(clock_.now() + kDevicePause);
+  }
+}
+
+void CommandTask::run_once() {
+  const Result<std::span<const std::uint8_t>> message = source_.receive(kReceiveTimeout);
+  if (!message) return;
+  Command command;
+  if (ok(decode(*message, command))) {
+    static_cast<void>(rings_.commands.push(command));  // a full ring counts
+  } else {
+    ++not_commands_;
   }
 }
 

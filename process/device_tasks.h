@@ -14,6 +14,7 @@
 #include "fsw/app/sensor_rings.h"
 #include "hal/include/camera_port.h"
 #include "hal/include/clock.h"
+#include "hal/linux/lcm_source.h"
 #include "process/recording_ports.h"
 
 namespace plumb {
@@ -82,6 +83,23 @@ class CanRangeTask {
   Clock& clock_;
   bool started_ = false;
   std::atomic<std::uint64_t> samples_{0};
+};
+
+/// Receives commands. Not a device, but a thread that only brings something in all the same.
+class CommandTask {
+ public:
+  CommandTask(LcmSource& source, SensorRings& rings) : source_(source), rings_(rings) {}
+
+  void run_once();
+  /// When its thread has ended. On the channel, but no command.
+  std::uint64_t not_commands() const { return not_commands_; }
+
+ private:
+  static constexpr Duration kReceiveTimeout = Duration::from_ms(100);
+
+  LcmSource& source_;
+  SensorRings& rings_;
+  std::uint64_t not_commands_ = 0;
 };
 
 struct CameraTaskCounters {

@@ -8,11 +8,13 @@
 
 #include "fsw/app/nav_task.h"
 #include "fsw/app/tick_task.h"
+#include "fsw/telemetry/command_messages.h"
 #include "fsw/vision/flight_tracker.h"
 #include "hal/linux/can_socket.h"
 #include "hal/linux/frame_socket.h"
 #include "hal/linux/i2c_bus.h"
 #include "hal/linux/lcm_sink.h"
+#include "hal/linux/lcm_source.h"
 #include "hal/linux/linux_clock.h"
 #include "hal/linux/log_writer.h"
 #include "hal/linux/serial_port.h"
@@ -64,16 +66,21 @@ struct FlightProcess::Parts {
   template <class Task>
   struct Loop {
     Task* task = nullptr;
+    FlightThread key{};
+    ProgressBoard* progress = nullptr;
     const std::atomic<bool>* stop = nullptr;
     static void run(void* context) {
       const Loop& loop = *static_cast<Loop*>(context);
-      while (!loop.stop->load(std::memory_order_acquire)) loop.task->run_once();
+      while (!loop.stop->load(std::memory_order_acquire)) {
+        loop.task->run_once();
+        loop.progress->moved(loop.key);
+      }
       loop.task->run_once();  // what others left for it before they ended
     }
   };
   template <class Task>
   bool start(FlightThread thread, Loop<Task>& loop, Task& task, std::vector<std::string>& warnings) {
-    loop = {.task = &task, .stop = &stops[index(thread)]};
+    loop = {.task = &task, .key = thread, .progress = &progress, .stop = &stops[index(thread)]};
     const ThreadSetup& wanted = setup.threads[index(thread)];
     const ThreadOptions options{.name = kFlightThreadNames[index(thread)],
                                 .priority = wanted.priority,
@@ -98,11 +105,13 @@ struct FlightProcess::Parts {
 
   const FlightSetup setup;
   std::array<std::atomic<bool>, kFlightThreadNames.size()> stops{};
+  ProgressBoard progress;
   NoSink no_sink;
   std::string log_name;
   std::unique_ptr<LcmLogWriter> log_file;
   std::unique_ptr<LcmSink> tick_lcm;  // one per thread: they share no lock
   std::unique_ptr<LcmSink> nav_lcm;
+  std::unique_ptr<LcmSource> command_lcm;
 
   std::array<LinuxClock, kFlightThreadNames.size()> clocks;
   ThreadLog imu_log{"imu", kSmallLogBytes};
@@ -121,6 +130,7 @@ struct FlightProcess::Parts {
   std::optional<CameraTask> camera;
   std::optional<LidarLiteTask> lidar_lite;
   std::optional<CanRangeTask> can_range;
+  std::optional<CommandTask> command;
   std::optional<TickTask> tick;
   NavTask<FlightConfig>* nav = nullptr;
 
@@ -128,6 +138,7 @@ struct FlightProcess::Parts {
   Loop<CameraTask> camera_loop;
   Loop<LidarLiteTask> lidar_lite_loop;
   Loop<CanRangeTask> can_range_loop;
+  Loop<CommandTask> command_loop;
   Loop<TickTask> tick_loop;
   Loop<NavTask<FlightConfig>> nav_loop;
   Loop<LogTask> log_loop;
@@ -136,6 +147,7 @@ struct FlightProcess::Parts {
   LinuxClock& clock(FlightThread thread) { return clocks[index(thread)]; }
   void open_log(std::vector<std::string>& faults);
   void open_telemetry(std::vector<std::string>& faults);
+  void open_commands(std::vector<std::string>& faults);
   void open_devices(std::vector<std::string>& faults);
   void put_together();
   std::uint64_t ranges() const {
@@ -162,6 +174,15 @@ void FlightProcess::Parts::open_telemetry(std::vector<std::string>& faults) {
   tick_lcm = LcmSink::open(setup.lcm_url, error);
   if (tick_lcm != nullptr) nav_lcm = LcmSink::open(setup.lcm_url, error);
   if (nav_lcm == nullptr) faults.push_back("lcm: " + error);
+}
+
+// Where messages of other hosts would come in too, commands of this one are done without.
+void FlightProcess::Parts::open_commands(std::vector<std::string>& faults) {
+  if (setup.lcm_url.empty() || setup.commands == CommandAccess::kOff) return;
+  if (setup.commands == CommandAccess::kLocal && !stays_on_host(setup.lcm_url)) return;
+  std::string error;
+  command_lcm = LcmSource::open(setup.lcm_url, channel::kCommand, error);
+  if (command_lcm == nullptr) faults.push_back("commands: " + error);
 }
 
 void FlightProcess::Parts::open_devices(std::vector<std::string>& faults) {
@@ -202,11 +223,12 @@ void FlightProcess::Parts::put_together() {
   if (range_socket != nullptr) {
     can_range.emplace(*range_socket, setup.range.can, rings, clock(FlightThread::kRange), range_log.log);
   }
+  if (command_lcm != nullptr) command.emplace(*command_lcm, rings);
   const auto sink = [this](const std::unique_ptr<LcmSink>& lcm) -> TelemetrySink& {
     return lcm == nullptr ? static_cast<TelemetrySink&>(no_sink) : *lcm;
   };
   Clock& nav_clock = clock(FlightThread::kNav);
-  tick.emplace(setup.parameters.estimator.imu, rings, link, tick_clock, nav_clock, tick_log.log, sink(tick_lcm));
+  tick.emplace(setup.parameters, rings, link, tick_clock, nav_clock, tick_log.log, sink(tick_lcm));
   static std::optional<FlightTracker<FlightConfig>> tracker;
   tracker.emplace(setup.calibration.camera, setup.parameters.tracker);
   static std::optional<NavTask<FlightConfig>> nav_task;
@@ -222,6 +244,7 @@ const std::string& FlightProcess::log_file() const { return parts_->log_name; }
 void FlightProcess::open(std::vector<std::string>& faults) {
   parts_->open_devices(faults);
   parts_->open_telemetry(faults);
+  parts_->open_commands(faults);
   if (faults.empty()) parts_->open_log(faults);  // a start that fails leaves no empty logs
   if (faults.empty()) parts_->put_together();
 }
@@ -230,10 +253,16 @@ void FlightProcess::open(std::vector<std::string>& faults) {
 bool FlightProcess::start(std::vector<std::string>& warnings) {
   Parts& p = *parts_;
   if (const std::string warning = lock_memory(); !warning.empty()) warnings.push_back(warning);
+  if (!p.command && !p.setup.lcm_url.empty() && p.setup.commands == CommandAccess::kLocal) {
+    warnings.push_back("takes no commands: the route to " + p.setup.lcm_url +
+                       " leads to a network (ip route add 224.0.0.0/4 dev lo keeps it here; commands: network takes " +
+                       "those of other hosts too)");
+  }
   bool started = p.start(FlightThread::kLog, p.log_loop, p.log_task, warnings) &&
                  p.start(FlightThread::kNav, p.nav_loop, *p.nav, warnings) &&
                  p.start(FlightThread::kTick, p.tick_loop, *p.tick, warnings) &&
                  p.start(FlightThread::kCamera, p.camera_loop, *p.camera, warnings);
+  if (p.command) started = started && p.start(FlightThread::kCommand, p.command_loop, *p.command, warnings);
   if (p.lidar_lite) started = started && p.start(FlightThread::kRange, p.lidar_lite_loop, *p.lidar_lite, warnings);
   if (p.can_range) started = started && p.start(FlightThread::kRange, p.can_range_loop, *p.can_range, warnings);
   return started && p.start(FlightThread::kImu, p.imu_loop, *p.imu, warnings);
@@ -259,11 +288,20 @@ bool FlightProcess::self_test(Duration timeout, const std::function<bool()>& sto
   return p.imu->samples() > 0 && p.camera->images() > 0;
 }
 
+void FlightProcess::watch_with(Supervisor& supervisor) const {
+  const Parts& p = *parts_;
+  for (const FlightThread thread : {FlightThread::kImu, FlightThread::kCamera, FlightThread::kTick, FlightThread::kNav})
+    supervisor.watch(thread);
+  if (p.lidar_lite || p.can_range) supervisor.watch(FlightThread::kRange);
+}
+
+const ProgressBoard& FlightProcess::progress() const { return parts_->progress; }
+
 FlightSummary FlightProcess::stop() {
   Parts& p = *parts_;
   // One after the other in the direction of the data, so that what is in the log is whole: every frame has its state.
-  for (const FlightThread thread : {FlightThread::kImu, FlightThread::kCamera, FlightThread::kRange,
-                                    FlightThread::kTick, FlightThread::kNav, FlightThread::kLog}) {
+  for (const FlightThread thread : {FlightThread::kCommand, FlightThread::kImu, FlightThread::kCamera,
+                                    FlightThread::kRange, FlightThread::kTick, FlightThread::kNav, FlightThread::kLog}) {
     p.stops[index(thread)].store(true, std::memory_order_release);
     p.clock(thread).wake();
     p.threads[index(thread)].join();
@@ -298,6 +336,12 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
   getrusage(RUSAGE_SELF, &usage);
   std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);
   summary.lines.emplace_back(line);
+  if (command) {
+    std::snprintf(line, sizeof line, "channel COMMAND: %llu messages were no command, %llu came too fast",
+                  static_cast<unsigned long long>(command->not_commands()),
+                  static_cast<unsigned long long>(sensor_rings().commands.overflows()));
+    summary.lines.emplace_back(line);
+  }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
     std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,

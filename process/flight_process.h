@@ -10,6 +10,7 @@
 #include "config/flight_config.h"
 #include "hal/linux/lcm_log.h"
 #include "hal/linux/realtime_thread.h"
+#include "process/supervisor.h"
 
 namespace plumb {
 
@@ -38,6 +39,11 @@ class FlightProcess {
   /// Waits at most `timeout`, or until `stopped`, for every device to say something, and tells in `lines` what each has said. False: one
   /// without which nothing flies, IMU or camera, is silent.
   bool self_test(Duration timeout, const std::function<bool()>& stopped, std::vector<std::string>& lines);
+  /// Every thread's count of turns.
+  const ProgressBoard& progress() const;
+  /// Puts the threads that fly under watch; after start(). Those of log and commands may wait for what is not of the
+  /// flight.
+  void watch_with(Supervisor& supervisor) const;
   /// Ends every thread, the log's last, and closes the log.
   FlightSummary stop();
 

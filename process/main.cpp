@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cinttypes>
 #include <csignal>
@@ -14,7 +15,9 @@
 
 #include "config/flight_config.h"
 #include "fsw/base/assert.h"
+#include "hal/linux/monotonic_clock.h"
 #include "process/flight_process.h"
+#include "process/mode_page.h"
 #include "process/schedule_page.h"
 
 namespace plumb {
@@ -31,6 +34,7 @@ struct Arguments {
   std::string log;
   bool dry_run = false;
   bool schedule = false;
+  bool modes = false;
   double duration_s = 0.0;
 };
 
@@ -63,17 +67,23 @@ bool stop_is_asked() {
   return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 || sigismember(&pending, SIGHUP) == 1;
 }
 
-// Until a signal, or until the time is over.
-void wait_for_stop(double duration_s) {
+// Until a signal, or until the time is over; 0: for ever. Meanwhile looks after the threads.
+void wait_for_stop(double duration_s, Supervisor& supervisor) {
   const sigset_t signals = stop_signals();
-  if (duration_s <= 0.0) {
-    int signal = 0;
-    sigwait(&signals, &signal);
-    return;
+  const Time end = duration_s > 0.0 ? clock_now() + Duration::from_seconds(duration_s) : Time::max();
+  std::vector<std::string> stuck_before;
+  for (Time now = clock_now(); now < end; now = clock_now()) {
+    const std::int64_t wait_ns = std::min(supervisor.period(), end - now).ns();
+    const timespec wait{.tv_sec = static_cast<time_t>(wait_ns / kNsPerSecond),
+                        .tv_nsec = static_cast<long>(wait_ns % kNsPerSecond)};
+    if (sigtimedwait(&signals, nullptr, &wait) > 0) return;
+    if (clock_now() - now < supervisor.period()) continue;  // woken before its time
+    const std::vector<std::string> stuck = supervisor.look();
+    if (stuck != stuck_before) {
+      for (const std::string& thread : stuck) tell("warning: thread " + thread + " does not get round");
+    }
+    stuck_before = stuck;
   }
-  const timespec wait{.tv_sec = static_cast<time_t>(duration_s),
-                      .tv_nsec = static_cast<long>((duration_s - static_cast<double>(static_cast<time_t>(duration_s))) * 1e9)};
-  sigtimedwait(&signals, nullptr, &wait);
 }
 
 void print(const FlightSummary& summary) {
@@ -93,7 +103,12 @@ int fly(FlightProcess& process, double duration_s) {
   for (const std::string& line : lines) tell("self-test: " + line);
   if (speaks) {
     tell("flying" + (process.log_file().empty() ? std::string() : ", log " + process.log_file()));
-    wait_for_stop(duration_s);
+    ServiceManager manager = ServiceManager::from_environment();
+    Supervisor supervisor(process.progress(), manager);
+    process.watch_with(supervisor);
+    manager.tell("READY=1");
+    wait_for_stop(duration_s, supervisor);
+    manager.tell("STOPPING=1");
   }
   const FlightSummary summary = process.stop();
   print(summary);
@@ -128,12 +143,17 @@ int main_of(int argc, char** argv) {
   app.add_option("--log", arguments.log, "LCM event log to write, in place of the configuration's");
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
+  app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(CLI::PositiveNumber);
   try {
     app.parse(argc, argv);
     if (arguments.schedule) {
       std::printf("%s", schedule_page().c_str());
+      return 0;
+    }
+    if (arguments.modes) {
+      std::printf("%s\n%s", mode_page().c_str(), sensor_page().c_str());
       return 0;
     }
     if (config->empty()) throw CLI::RequiredError("config");

@@ -18,6 +18,7 @@ const InputFrame& InputGate::assemble(Time now) {
   sends_image_ = false;
   decide_handover();
   take_samples();
+  take_commands();
   choose_image();
   return frame_;
 }
@@ -57,6 +58,16 @@ void InputGate::take_samples() {
   frame_.range.clear();
   RangeSample range;
   while (!frame_.range.full() && rings_.range.pop(range)) static_cast<void>(frame_.range.push_back(range));
+}
+
+// A command waits for a frame that the nav job gets.
+void InputGate::take_commands() {
+  frame_.commands.clear();
+  Command command;
+  while (!frame_.nav_missed && !frame_.commands.full() && rings_.commands.pop(command)) {
+    judge_.judge(command);
+    static_cast<void>(frame_.commands.push_back(command));
+  }
 }
 
 // One image waits, for the IMU to reach it and for the nav job to be free. Waiting here instead of being skipped at

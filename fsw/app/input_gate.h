@@ -2,6 +2,7 @@
 // The one gate into the flight software, live: what the device threads have left in their rings, and what the timing of
 // the nav job makes of this tick, become one InputFrame. Nothing that is decided here is decided again in a replay.
 
+#include "fsw/app/command_judge.h"
 #include "fsw/app/nav_link.h"
 #include "fsw/app/sensor_rings.h"
 
@@ -36,6 +37,7 @@ class InputGate {
  private:
   void decide_handover();
   void take_samples();
+  void take_commands();
   void choose_image();
   void send(const StoredImage& image);
   void skip(const StoredImage& image);
@@ -57,6 +59,7 @@ class InputGate {
   StoredImage waiting_image_;
   bool sends_image_ = false;
   StoredImage sent_image_;
+  CommandJudge judge_;
   GateCounters counters_;
 };
 

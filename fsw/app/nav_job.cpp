@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "fsw/modes/mode_machine.h"
+
 namespace plumb {
 
 template <class Config>
 const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageView* image) {
   outcome_ = {};
+  for (const Command& command : input.commands) carry_out(command);
   add_samples(input);
   if (waiting_ && estimator_.imu_reaches(waiting_frame_.t_exposure_mid)) {
     waiting_ = false;
@@ -14,6 +17,15 @@ const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageVie
   }
   if (input.has_camera) accept_image(input, image);
   return outcome_;
+}
+
+// An image that waits is of the time before, too, and starts the filter as well as any other.
+template <class Config>
+void NavJob<Config>::carry_out(const Command& command) {
+  if (!command.is(CommandId::kReset)) return;
+  estimator_.reset();
+  tracker_.reset();
+  ++counters_.commanded_resets;
 }
 
 // Total order within the tick: by time, at equal times the IMU before the range. The record holds each kind in order.
@@ -103,11 +115,27 @@ void NavJob<Config>::process(const CameraFrame& frame) {
 
 template <class Config>
 NavStateRecord NavJob<Config>::record() const {
-  return {.state = estimator_.state(),
+  const NavState& state = estimator_.state();
+  return {.state = state,
+          .status = {.valid = state.valid,
+                     .mode = mode_at_image(state, modes_),
+                     .reliable_for_s = time_to_unreliable_s(state, drift_, modes_)},
           .report = estimator_.report(),
           .t_image = t_image_,
           .sequence = image_sequence_,
           .state_hash = estimator_.state_hash()};
+}
+
+template <class Config>
+NavResult NavJob<Config>::result() const {
+  const NavState& state = estimator_.state();
+  return {.state = state,
+          .reliable_for_s = time_to_unreliable_s(state, drift_, modes_),
+          .report = estimator_.report(),
+          .estimator = estimator_.counters(),
+          .system = counters_,
+          .calibration = estimator_.calibration(),
+          .pixel_noise_px = estimator_.pixel_noise_px()};
 }
 
 template class NavJob<PaperConfig>;

@@ -6,13 +6,13 @@
 #include <array>
 #include <cstdint>
 
+#include "fsw/app/nav_result.h"
 #include "fsw/app/parameters.h"
 #include "fsw/base/mission_config.h"
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
 #include "fsw/estimator/estimator.h"
 #include "fsw/measurement/input_frame.h"
-#include "fsw/telemetry/messages.h"
 #include "fsw/vision/camera_model.h"
 #include "fsw/vision/tracker.h"
 
@@ -40,12 +40,16 @@ class NavJob {
   /// `tracker` and `observer` (may be null) must outlive this object.
   NavJob(const Calibration& calibration, const Parameters& parameters, Tracker<Config::kMaxTracks>& tracker,
          StageObserver* observer)
-      : tracker_(tracker), observer_(observer), estimator_(parameters.estimator, calibration.sensor, observer) {}
+      : modes_(parameters.modes),
+        drift_(drift_model(parameters.estimator.imu)),
+        tracker_(tracker),
+        observer_(observer),
+        estimator_(parameters.estimator, calibration.sensor, observer) {}
 
-  /// The samples in total order, then the waiting image if the IMU has reached it, then the new image. `image` belongs
-  /// to input.camera and is read only during the call (a frame that has to wait is copied). One frame waits at a time;
-  /// a frame that arrives meanwhile is skipped and counted: with an IMU that lags by more than the frame period every
-  /// other frame is still used, while replacing the waiting one would starve the filter.
+  /// The commands, the samples in total order, then the waiting image if the IMU has reached it, then the new image.
+  /// `image` belongs to input.camera and is read only during the call (a frame that has to wait is copied). One frame
+  /// waits at a time; a frame that arrives meanwhile is skipped and counted: with an IMU that lags by more than the
+  /// frame period every other frame is still used, while replacing the waiting one would starve the filter.
   /// Precondition: frames in order of time.
   const ImageOutcome& step(const InputFrame& input, const ImageView* image);
 
@@ -59,8 +63,11 @@ class NavJob {
   const NavSystemCounters& counters() const { return counters_; }
   /// The estimate at the image that was processed last.
   NavStateRecord record() const;
+  /// The same for the output, with all that is counted.
+  NavResult result() const;
 
  private:
+  void carry_out(const Command& command);
   void add_samples(const InputFrame& input);
   void accept_image(const InputFrame& input, const ImageView* image);
   void keep_waiting(const CameraFrame& frame);
@@ -70,6 +77,8 @@ class NavJob {
     outcome_.refused = true;
   }
 
+  ModeOptions modes_;
+  DriftModel drift_;
   Tracker<Config::kMaxTracks>& tracker_;
   StageObserver* observer_;
   Estimator<Config> estimator_;

@@ -1,8 +1,8 @@
 #pragma once
 // Between the tick task and the nav job: every InputFrame one way, one answer per image the other way.
 
+#include "fsw/app/nav_result.h"
 #include "fsw/app/sensor_rings.h"
-#include "fsw/telemetry/messages.h"
 
 namespace plumb {
 
@@ -15,13 +15,9 @@ struct NavOrder {
 struct NavAnswer {
   bool has_state = false;  ///< false: the image was refused
   std::uint8_t slot = 0;   ///< of the image, free again
-  NavState state;
+  NavResult result;
   Time t_start;  ///< physical time that the job took, for the account of the schedule
   Time t_end;
-  EstimatorCounters estimator;
-  NavSystemCounters system;
-  CalibrationReport calibration;
-  double pixel_noise_px = 0.0;
 };
 
 struct NavLink {

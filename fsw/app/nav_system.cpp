@@ -10,7 +10,7 @@ const NavTick& NavSystem<Config>::step(const InputFrame& input, const ImageView*
   if (input.t <= t_last_tick_) {
     ++ticks_out_of_order_;
     tick_.input_status = Status::kOutOfOrder;
-    output_.step({});
+    output_.skip();
     return tick_;
   }
   t_last_tick_ = input.t;
@@ -19,7 +19,7 @@ const NavTick& NavSystem<Config>::step(const InputFrame& input, const ImageView*
   if (input.nav_missed) return tick_;
   tick_.image = job_.step(input, image);
   if (!tick_.image.processed) return tick_;
-  result_ = job_.estimator().state();
+  result_ = job_.result();
   if (input.handover == Handover::kAtOnce) output_.correct(result_);
   return tick_;
 }
@@ -40,7 +40,9 @@ HealthRecord NavSystem<Config>::health() const {
           .predictor = predictor().counters(),
           .tracking = predictor().tracking(),
           .calibration = estimator().calibration(),
-          .pixel_noise_px = estimator().pixel_noise_px()};
+          .pixel_noise_px = estimator().pixel_noise_px(),
+          .status = output_.status(),
+          .sensors = output_.sensors()};
 }
 
 template class NavSystem<PaperConfig>;

@@ -14,7 +14,8 @@ namespace plumb {
 struct NavTick {
   Status input_status = Status::kOk;  ///< kOutOfOrder: the tick's time was not after the last one; nothing was used
   ImageOutcome image;
-  const OutputStage::Predicted& predicted;  ///< one per IMU sample once there is a state
+  const OutputStage::Predicted& predicted;  ///< see OutputStage::predicted()
+  const FlightMonitor::Events& events;
 };
 
 template <class Config>
@@ -23,7 +24,7 @@ class NavSystem {
   /// `tracker` and `observer` (may be null) must outlive this object.
   NavSystem(const Calibration& calibration, const Parameters& parameters, Tracker<Config::kMaxTracks>& tracker,
             StageObserver* observer)
-      : job_(calibration, parameters, tracker, observer), output_(parameters.estimator.imu) {}
+      : job_(calibration, parameters, tracker, observer), output_(parameters) {}
 
   /// Runs one tick: releases what is to be released, carries the output on, and lets the nav job work. `image` as in
   /// NavJob::step().
@@ -42,8 +43,8 @@ class NavSystem {
  private:
   NavJob<Config> job_;
   OutputStage output_;
-  NavState result_;  ///< of the nav job, until it is released
-  NavTick tick_{.image = {}, .predicted = output_.predicted()};
+  NavResult result_;  ///< of the nav job, until it is released
+  NavTick tick_{.image = {}, .predicted = output_.predicted(), .events = output_.events()};
   Time t_last_tick_ = Time::never();
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_out_of_order_ = 0;

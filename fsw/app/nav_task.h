@@ -50,15 +50,8 @@ class NavTask {
     const ImageOutcome& outcome = job_.step(order.input, order.has_image ? &image : nullptr);
     if (!outcome.processed && !outcome.refused) return;
     const Time end = clock_.now();
-    const NavAnswer answer{.has_state = outcome.processed,
-                           .slot = slot_,
-                           .state = job_.estimator().state(),
-                           .t_start = t_start_,
-                           .t_end = end,
-                           .estimator = job_.estimator().counters(),
-                           .system = job_.counters(),
-                           .calibration = job_.estimator().calibration(),
-                           .pixel_noise_px = job_.estimator().pixel_noise_px()};
+    const NavAnswer answer{
+        .has_state = outcome.processed, .slot = slot_, .result = job_.result(), .t_start = t_start_, .t_end = end};
     if (outcome.processed) report(end - start);
     const Status answered = link_.answers.push(answer);
     PLUMB_ASSERT(ok(answered));  // the gate sends no image before it has the answer to the last one

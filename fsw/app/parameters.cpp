@@ -4,6 +4,7 @@
 #include <array>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/modes/mode_machine.h"
 
 namespace plumb {
 namespace {
@@ -41,6 +42,10 @@ consteval Row calibration(Text name, Text unit, double min, double max, Text des
 template <auto Member>
 consteval Row tracker(Text name, Text unit, double min, double max, Text description) {
   return param<Parameters, &Parameters::tracker, Member>(name, unit, min, max, description);
+}
+template <auto Member>
+consteval Row modes(Text name, Text unit, double min, double max, Text description) {
+  return param<Parameters, &Parameters::modes, Member>(name, unit, min, max, description);
 }
 
 constexpr std::array kRows{
@@ -177,6 +182,36 @@ constexpr std::array kRows{
     tracker<&TrackerOptions::max_correction_px>("tracker.max_correction", "px", 1e-3, 100.0,
                                                 "between flow and patch alignment, above which likewise"),
     tracker<&TrackerOptions::outlier_px>("tracker.outlier", "px", 1e-3, 100.0, "distance to the epipolar line"),
+
+    modes<&ModeOptions::image_timeout_s>("modes.image_timeout", "s", 0.01, 100.0,
+                                         "without an image of use, after which the mode is inertial"),
+    modes<&ModeOptions::range_timeout_s>("modes.range_timeout", "s", 0.01, 100.0,
+                                         "without a range of use, after which the mode is VIO"),
+    modes<&ModeOptions::imu_timeout_s>("modes.imu_timeout", "s", 0.01, 10.0,
+                                       "without an IMU sample, after which navigation has failed"),
+    modes<&ModeOptions::start_time_s>("modes.start_time", "s", 0.0, 1000.0,
+                                      "that the IMU may take to say something after power-up"),
+    modes<&ModeOptions::steady_s>("modes.steady", "s", 0.0, 100.0, "of IMU samples without a hole that end a failure"),
+    modes<&ModeOptions::max_resets>("modes.max_resets", "1", 1, ModeMachine::kMaxResets,
+                                    "resets that nobody commanded, within modes.reset_window, that are a failure"),
+    modes<&ModeOptions::reset_window_s>("modes.reset_window", "s", 0.1, 1000.0, "in which resets are counted"),
+    modes<&ModeOptions::fault_recovery_s>("modes.fault_recovery", "s", 0.1, 1000.0,
+                                          "to have a state again after a numerical fault"),
+    modes<&ModeOptions::rejected_after>("modes.rejected_after", "1", 1, 100000,
+                                        "samples refused in a row that make a sensor a rejected one"),
+    modes<&ModeOptions::degraded_after>("modes.degraded_after", "1", 1, 100000,
+                                        "samples refused in a row that make a sensor a degraded one"),
+    modes<&ModeOptions::restored_after>("modes.restored_after", "1", 1, 100000,
+                                        "samples accepted in a row that restore it"),
+    modes<&ModeOptions::poor_share>("modes.poor_share", "1", 0.0, 1.0,
+                                    "of the samples of a second refused, above which a sensor is degraded"),
+    modes<&ModeOptions::poor_rate>("modes.poor_rate", "1", 0.0, 1.0,
+                                   "of its best rate, below which a sensor is degraded"),
+    modes<&ModeOptions::position_sigma_limit_m>("modes.position_sigma_limit", "m", 1e-3, 1e6,
+                                                "1 sigma of an axis above which a state is not reliable"),
+    modes<&ModeOptions::velocity_sigma_limit_m_s>("modes.velocity_sigma_limit", "m/s", 1e-3, 1e6,
+                                                  "1 sigma of an axis above which a state is not reliable"),
+    modes<&ModeOptions::horizon_s>("modes.horizon", "s", 0.1, 3600.0, "longest time for which reliability is foretold"),
 };
 static_assert(param_names_unique<Parameters>(kRows), "two parameters share a name");
 

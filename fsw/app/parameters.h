@@ -3,6 +3,8 @@
 // in its own options header and one row in parameters.cpp.
 
 #include "fsw/estimator/options.h"
+#include "fsw/modes/options.h"
+#include "fsw/modes/reliability.h"
 #include "fsw/params/param_table.h"
 #include "fsw/telemetry/messages.h"
 #include "fsw/vision/tracker_options.h"
@@ -12,6 +14,7 @@ namespace plumb {
 struct Parameters {
   EstimatorOptions estimator;
   TrackerOptions tracker;
+  ModeOptions modes;
 };
 
 /// Name, unit, range, default and meaning of each option.
@@ -20,6 +23,12 @@ const ParamTable<Parameters>& parameter_table();
 /// What is wrong with values that each are in range but do not fit each other; null when nothing is. What depends on
 /// the image besides stands in TrackerOptions::check.
 const char* conflict_in(const Parameters& parameters);
+
+inline DriftModel drift_model(const ImuOptions& imu) {
+  return {.gravity_m_s2 = imu.gravity_m_s2,
+          .accel_noise_density = imu.accel_noise_density,
+          .gyro_noise_density = imu.gyro_noise_density};
+}
 
 /// Every parameter in force, for the log.
 ParamsRecord params_record(const Parameters& parameters, std::string_view configuration);

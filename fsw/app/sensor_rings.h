@@ -1,5 +1,6 @@
 #pragma once
-// What the device threads and the tick task share: one ring per device, and a store of images whose slots go round.
+// What the threads that receive and the tick task share: one ring per device, one for commands, and a store of images
+// whose slots go round.
 
 #include <array>
 #include <cstdint>
@@ -33,6 +34,7 @@ struct SensorRings {
 
   SpscRing<ImuSample, 512> imu;  ///< 2 s at 250 Hz
   SpscRing<RangeSample, 64> range;
+  SpscRing<Command, 16> commands;
   SpscRing<StoredImage, kImageSlots> images;  ///< camera to tick
   SpscRing<std::uint8_t, kImageSlots> empty;  ///< tick to camera
   std::array<std::array<std::uint8_t, FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight>, kImageSlots>

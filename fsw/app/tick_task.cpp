@@ -33,7 +33,7 @@ void TickTask::assemble() {
 }
 
 void TickTask::predict() {
-  if (gate_.frame().handover == Handover::kReleased) output_.correct(gate_.answer().state);
+  if (gate_.frame().handover == Handover::kReleased) output_.correct(gate_.answer().result);
   output_.step(gate_.frame());
 }
 
@@ -43,9 +43,19 @@ void TickTask::publish() {
     dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [this](const ScheduleFact& fact) { tell(fact); });
   }
   tell_of_gate();
+  answer_commands();
+  for (const Event& event : output_.events()) tell(event);
   for (const PredictedState& state : output_.predicted()) {
     publisher_.publish(channel::kNavOutput, state);
     log_.write(channel::kNavOutput, state.t, state);
+  }
+}
+
+void TickTask::answer_commands() {
+  for (const Command& command : gate_.frame().commands) {
+    const CommandAck ack{.t = gate_.frame().t, .command = command};
+    publisher_.publish(channel::kCommandAck, ack);
+    log_.write(channel::kCommandAck, ack.t, ack);
   }
 }
 
@@ -85,15 +95,17 @@ void TickTask::tell_of_gate() {
 }
 
 void TickTask::publish_health() {
-  const NavAnswer& answer = gate_.answer();
+  const NavResult& result = gate_.answer().result;
   const Time t = gate_.frame().t;
   HealthRecord health{.t = t,
-                      .estimator = answer.estimator,
-                      .system = answer.system,
+                      .estimator = result.estimator,
+                      .system = result.system,
                       .predictor = output_.predictor().counters(),
                       .tracking = output_.predictor().tracking(),
-                      .calibration = answer.calibration,
-                      .pixel_noise_px = answer.pixel_noise_px};
+                      .calibration = result.calibration,
+                      .pixel_noise_px = result.pixel_noise_px,
+                      .status = output_.status(),
+                      .sensors = output_.sensors()};
   health.system.ticks = tick_;
   publisher_.publish(channel::kNavHealth, health);
   log_.write(channel::kNavHealth, t, health);

@@ -7,6 +7,7 @@
 #include "fsw/app/publisher.h"
 #include "fsw/app/record_log.h"
 #include "fsw/schedule/dispatcher.h"
+#include "fsw/telemetry/command_messages.h"
 #include "fsw/telemetry/executive_messages.h"
 #include "hal/include/clock.h"
 
@@ -37,13 +38,13 @@ class TickPacer {
 class TickTask {
  public:
   /// `wake_nav` is woken when there is an order. All must outlive the task.
-  TickTask(const ImuOptions& imu, SensorRings& rings, NavLink& link, Clock& clock, Clock& wake_nav, LogSink& log,
+  TickTask(const Parameters& parameters, SensorRings& rings, NavLink& link, Clock& clock, Clock& wake_nav, LogSink& log,
            TelemetrySink& telemetry)
       : rings_(rings),
         clock_(clock),
         wake_nav_(wake_nav),
         gate_(rings, link),
-        output_(imu),
+        output_(parameters),
         log_(log),
         publisher_(telemetry),
         pacer_(clock.now()) {}
@@ -60,6 +61,7 @@ class TickTask {
   void assemble();
   void predict();
   void publish();
+  void answer_commands();
   void publish_health();
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);

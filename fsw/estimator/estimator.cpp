@@ -247,15 +247,11 @@ template <class Config>
 void Estimator<Config>::publish(bool visual, Time t) {
   if (visual) last_visual_t_ = t;
   if (!initialised_) return;
-  const auto within = [t](Time last, double limit_s) {
-    return last != Time::never() && (t - last).seconds() <= limit_s;
-  };
   nav_.t = state_.t;
   nav_.valid = true;
   nav_.heading_known = direction_.heading_known();
-  const bool vision = within(last_visual_t_, kAidingTimeout_s) || standing_;
-  const bool range = within(last_range_t_, 2.0 * kAidingTimeout_s);
-  nav_.mode = !vision ? NavMode::kInertial : (range ? NavMode::kRangeVio : NavMode::kVio);
+  nav_.t_vision = standing_ ? t : last_visual_t_;
+  nav_.t_range = last_range_t_;
   const KinematicState& m = state_.core.motion;
   Eigen::Map<Vec3>(nav_.p_WI_m.data()) = m.p_WI_m;
   Eigen::Map<Vec3>(nav_.v_WI_m_s.data()) = m.v_WI_m_s;

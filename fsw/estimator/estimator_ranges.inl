@@ -11,7 +11,7 @@
 
 namespace plumb {
 
-inline constexpr double kAidingTimeout_s = 0.5;  // without images: inertial; twice that without ranges: VIO
+inline constexpr double kAidingTimeout_s = 0.5;  // a range that is older says nothing of what is below now
 
 template <class Config>
 Status Estimator<Config>::add_range(const RangeSample& sample) {

@@ -11,6 +11,7 @@ namespace plumb {
 enum class EventSeverity : std::uint8_t {
   kInfo = 0,
   kWarning,  ///< a fault of the world that was survived
+  kFailure,  ///< there is no navigation
 };
 
 /// Numbers stay for good: a log is read by software of another year. The four arguments of each, in their order.
@@ -20,6 +21,11 @@ enum class EventId : std::uint16_t {
   kResultLate = 3,    ///< tick, results late so far, 0, kept back
   kImageSkipped = 4,  ///< tick, sequence of the image, images skipped so far, kept back
   kNavMissed = 5,     ///< tick, frames missed so far, 0, kept back
+  // From here on a function of the input frames, told at every occurrence: a replay tells the same.
+  kModeChanged = 16,    ///< NavMode before and now, conditions that hold (fsw/modes/mode_machine.h), resets so far
+  kSensorChanged = 17,  ///< Sensor, SensorState before and now, samples refused in a row
+  kFilterReset = 18,    ///< resets, commanded ones among them, numerical faults, holes in the IMU's samples so far
+  kCommand = 19,        ///< CommandId, source, sequence, CommandVerdict
 };
 
 struct Event {

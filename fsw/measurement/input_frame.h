@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "fsw/base/fixed_vector.h"
+#include "fsw/measurement/command.h"
 #include "fsw/measurement/samples.h"
 
 namespace plumb {
@@ -13,6 +14,7 @@ namespace plumb {
 inline constexpr std::size_t kMaxImuPerFrame = 64;  ///< 2 kHz IMU at a 250 Hz tick, eight times over
 inline constexpr std::size_t kMaxRangePerFrame = 16;
 inline constexpr std::size_t kMaxDirectionPerFrame = 8;
+inline constexpr std::size_t kMaxCommandsPerFrame = 4;  ///< more wait for the next tick
 
 /// Which camera frame belongs to this tick; the pixels travel beside the record, found by this reference.
 struct CameraReference {
@@ -38,6 +40,7 @@ struct InputFrame {
   FixedVector<ImuSample, kMaxImuPerFrame> imu;
   FixedVector<RangeSample, kMaxRangePerFrame> range;
   FixedVector<DirectionSample, kMaxDirectionPerFrame> direction;
+  FixedVector<Command, kMaxCommandsPerFrame> commands;  ///< carried out before the samples are used
   bool has_camera = false;
   CameraReference camera;
 };

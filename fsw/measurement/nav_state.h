@@ -15,6 +15,14 @@ enum class NavMode : std::uint8_t {
   kRangeVio,          ///< camera, IMU and range
   kVio,               ///< camera and IMU: scale is not held at constant velocity
   kInertial,          ///< IMU alone: drifts within seconds
+  kFailed,            ///< no IMU, or a filter that does not recover: whatever is there is of no use
+};
+
+/// Whether a state may be acted on. Decided beside the estimator (fsw/modes), never by it.
+struct NavStatus {
+  bool valid = false;
+  NavMode mode = NavMode::kInitialising;
+  double reliable_for_s = 0.0;  ///< without further aiding: until it is worse than the limits of modes.*
 };
 
 inline constexpr std::size_t kNavErrorSize = 15;
@@ -29,8 +37,9 @@ inline constexpr std::size_t kNavAccelBias = 12;
 
 struct NavState {
   Time t;
-  bool valid = false;  ///< false: every number below is meaningless
-  NavMode mode = NavMode::kInitialising;
+  bool valid = false;             ///< false: every number below is meaningless
+  Time t_vision = Time::never();  ///< newest image that held it, by its features or by showing a standstill
+  Time t_range = Time::never();   ///< newest range that did
   bool heading_known = false;     ///< W has x east, y north; false: its heading is that of the start
   std::uint32_t reset_count = 0;  ///< re-initialisations since start-up; position and yaw start anew at each
 

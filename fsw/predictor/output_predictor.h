@@ -34,6 +34,8 @@ struct PredictedState {
   std::array<double, 3> p_WI_m{};
   std::array<double, 3> v_WI_m_s{};
   std::array<double, 4> q_WI{1, 0, 0, 0};  ///< w x y z
+  std::uint32_t reset_count = 0;           ///< as in NavState
+  NavStatus status{};                      ///< not the predictor's: given by who publishes it
 };
 
 struct PredictorCounters {
@@ -59,7 +61,7 @@ class OutputPredictor {
   Status correct(const NavState& corrected);
 
   /// The present state, at the newest sample. Invalid before the first correction and after a gap. Position, velocity
-  /// and attitude are predicted; biases, mode and covariance are those of the last correction: the growth over the few
+  /// and attitude are predicted; biases and covariance are those of the last correction: the growth over the few
   /// milliseconds between is left out, so the covariance speaks for the time of the correction.
   const NavState& state() const { return state_; }
   Time corrected_at() const { return t_corrected_; }

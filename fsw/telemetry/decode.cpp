@@ -59,6 +59,23 @@ FrameReport report_of(const nav_state_t& message) {
   return report;
 }
 
+bool take_commands(const input_frame_t& message, InputFrame& frame) {
+  if (message.command_count < 0 || message.command_count > static_cast<std::int32_t>(kMaxCommandsPerFrame))
+    return false;
+  frame.commands.resize(static_cast<std::size_t>(message.command_count));
+  for (std::size_t i = 0; i < frame.commands.size(); ++i) {
+    const command_record_t& record = message.commands[i];
+    if (!is_enum(record.verdict, CommandVerdict::kRepeated)) return false;
+    Command& command = frame.commands[i];
+    command.source = static_cast<std::uint32_t>(record.source);
+    command.sequence = static_cast<std::uint32_t>(record.sequence);
+    command.id = static_cast<std::uint16_t>(record.id);
+    copy(record.arguments, command.arguments);
+    command.verdict = static_cast<CommandVerdict>(record.verdict);
+  }
+  return true;
+}
+
 }  // namespace
 
 Status decode(MessageBytes bytes, NavStateRecord& record) {
@@ -74,8 +91,11 @@ Status decode(MessageBytes bytes, NavStateRecord& record) {
   record.report = report_of(message);
   NavState& state = record.state;
   state.t = record.t_image;
-  state.valid = message.valid == 1;
-  state.mode = static_cast<NavMode>(message.mode);
+  state.valid = record.status.valid = message.valid == 1;
+  record.status.mode = static_cast<NavMode>(message.mode);
+  record.status.reliable_for_s = message.reliable_for_s;
+  state.t_vision = Time::from_ns(message.vision_time_ns);
+  state.t_range = Time::from_ns(message.range_time_ns);
   state.heading_known = message.heading_known == 1;
   state.reset_count = static_cast<std::uint32_t>(message.reset_count);
   copy(message.p_WI_m, state.p_WI_m);
@@ -125,6 +145,7 @@ Status decode(MessageBytes bytes, InputFrame& frame) {
     copy(sample.seen_I, frame.direction[i].seen_I);
     copy(sample.known_W, frame.direction[i].known_W);
   }
+  if (!take_commands(message, frame)) return Status::kInvalidValue;
   frame.has_camera = message.has_camera == 1;
   frame.camera = {};
   if (frame.has_camera) {

@@ -77,6 +77,21 @@ void fill_counters(const EstimatorCounters& counters, nav_health_t& message) {
   message.resets = as_signed(counters.resets);
 }
 
+void fill_commands(const InputFrame& frame, input_frame_t& message) {
+  static_assert(std::size(decltype(message.commands){}) == kMaxCommandsPerFrame,
+                "input.lcm has the capacity of InputFrame");
+  message.command_count = static_cast<std::int32_t>(frame.commands.size());
+  for (std::size_t i = 0; i < frame.commands.size(); ++i) {
+    const Command& command = frame.commands[i];
+    command_record_t& record = message.commands[i];
+    record.source = as_signed(command.source);
+    record.sequence = as_signed(command.sequence);
+    record.id = static_cast<std::int16_t>(command.id);
+    copy(command.arguments, record.arguments);
+    record.verdict = static_cast<std::int8_t>(command.verdict);
+  }
+}
+
 }  // namespace
 
 Result<std::size_t> encode(const NavStateRecord& record, MessageBuffer buffer) {
@@ -84,8 +99,11 @@ Result<std::size_t> encode(const NavStateRecord& record, MessageBuffer buffer) {
   nav_state_t message{};
   message.time_ns = record.t_image.ns();
   message.sequence = as_signed(record.sequence);
-  message.valid = state.valid ? 1 : 0;
-  message.mode = static_cast<std::int8_t>(state.mode);
+  message.valid = record.status.valid ? 1 : 0;
+  message.mode = static_cast<std::int8_t>(record.status.mode);
+  message.reliable_for_s = record.status.reliable_for_s;
+  message.vision_time_ns = state.t_vision.ns();
+  message.range_time_ns = state.t_range.ns();
   message.heading_known = state.heading_known ? 1 : 0;
   message.reset_count = as_signed(state.reset_count);
   copy(state.p_WI_m, message.p_WI_m);
@@ -102,6 +120,10 @@ Result<std::size_t> encode(const NavStateRecord& record, MessageBuffer buffer) {
 Result<std::size_t> encode(const PredictedState& state, MessageBuffer buffer) {
   nav_output_t message{};
   message.time_ns = state.t.ns();
+  message.valid = state.status.valid ? 1 : 0;
+  message.mode = static_cast<std::int8_t>(state.status.mode);
+  message.reliable_for_s = state.status.reliable_for_s;
+  message.reset_count = as_signed(state.reset_count);
   copy(state.p_WI_m, message.p_WI_m);
   copy(state.v_WI_m_s, message.v_WI_m_s);
   copy(state.q_WI, message.q_WI);
@@ -128,6 +150,20 @@ Result<std::size_t> encode(const HealthRecord& record, MessageBuffer buffer) {
   copy(record.calibration.value, message.calibration);
   copy(record.calibration.sigma, message.calibration_sigma);
   message.pixel_noise_px = record.pixel_noise_px;
+  message.commanded_resets = as_signed(record.system.commanded_resets);
+  message.valid = record.status.valid ? 1 : 0;
+  message.mode = static_cast<std::int8_t>(record.status.mode);
+  message.reliable_for_s = record.status.reliable_for_s;
+  static_assert(std::size(decltype(message.sensors){}) == kSensorNames.size(), "navigation.lcm lists every sensor");
+  for (std::size_t i = 0; i < record.sensors.size(); ++i) {
+    const SensorHealth& health = record.sensors[i];
+    message.sensors[i].state = static_cast<std::int8_t>(health.state);
+    message.sensors[i].rate_hz = health.rate_hz;
+    message.sensors[i].last_ns = health.t_last.ns();
+    message.sensors[i].refused_in_a_row = as_signed(health.refused_in_a_row);
+    message.sensors[i].samples = as_signed(health.samples);
+    message.sensors[i].refused = as_signed(health.refused);
+  }
   return write(message, buffer);
 }
 
@@ -171,6 +207,7 @@ Result<std::size_t> encode(const InputFrame& frame, MessageBuffer buffer) {
     copy(frame.direction[i].seen_I, message.direction[i].seen_I);
     copy(frame.direction[i].known_W, message.direction[i].known_W);
   }
+  fill_commands(frame, message);
   message.has_camera = frame.has_camera ? 1 : 0;
   message.camera_time_ns = frame.has_camera ? frame.camera.t_exposure_mid.ns() : 0;
   message.camera_sequence = as_signed(frame.camera.sequence);

@@ -16,6 +16,7 @@
 #include "fsw/estimator/report.h"
 #include "fsw/measurement/input_frame.h"
 #include "fsw/measurement/nav_state.h"
+#include "fsw/modes/sensor_health.h"
 #include "fsw/predictor/output_predictor.h"
 #include "fsw/vision/camera_model.h"
 
@@ -44,6 +45,7 @@ using MessageBytes = std::span<const std::uint8_t>;
 /// The estimate at an image with what was done to get it.
 struct NavStateRecord {
   NavState state;
+  NavStatus status;  ///< at the image
   FrameReport report;
   Time t_image;
   std::uint32_t sequence = 0;
@@ -58,6 +60,7 @@ struct NavSystemCounters {
   std::uint64_t frames = 0;          ///< camera frames offered
   std::uint64_t frames_skipped = 0;  ///< another frame was still waiting for the IMU
   std::uint64_t frames_refused = 0;  ///< no or too large pixels, stamped ahead, or refused by the tracker
+  std::uint64_t commanded_resets = 0;
 };
 
 struct HealthRecord {
@@ -68,6 +71,8 @@ struct HealthRecord {
   PredictorTracking tracking;
   CalibrationReport calibration;
   double pixel_noise_px = 0.0;  ///< in force, 1 sigma
+  NavStatus status{};           ///< of the output
+  std::array<SensorHealth, kSensorNames.size()> sensors{};
 };
 
 struct TimingRecord {

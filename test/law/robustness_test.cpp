@@ -9,6 +9,7 @@
 #include <set>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/modes/mode_machine.h"
 #include "test/support/estimator_feed.h"
 #include "test/support/sim/accuracy.h"
 
@@ -41,7 +42,7 @@ class Robustness : public testing::Test {
       valid_always = valid_always && (state.valid || !valid);
       valid = state.valid;
       ASSERT_TRUE(test::all_finite(state));
-      if (at_fault(state.t)) modes.insert(state.mode);
+      if (at_fault(state.t)) modes.insert(mode_at_image(state, {}));
       const FrameReport& report = feed.estimator->report();
       tracks_rejected += report.slam_rejected + report.msckf_rejected;
       if (state.t < sim::flight_epoch() + Duration::from_seconds(kFault_s)) tracks_rejected_before = tracks_rejected;
@@ -58,7 +59,7 @@ class Robustness : public testing::Test {
     constexpr double kMaxSpeedError_m_s = 0.06;
     EXPECT_TRUE(valid_always);
     EXPECT_EQ(counters.resets, 0U);
-    EXPECT_EQ(end.mode, NavMode::kRangeVio);
+    EXPECT_EQ(mode_at_image(end, {}), NavMode::kRangeVio);
     EXPECT_LT(std::abs(speed_error_m_s), kMaxSpeedError_m_s);
     constexpr std::size_t kSpeed = 3 * (kNavErrorSize + 1);
     EXPECT_LT(std::abs(speed_error_m_s),

@@ -12,11 +12,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <string>
 #include <thread>
 
 #include "test/live/emulated_vehicle.h"
 #include "test/support/process.h"
+#include "test/support/service_socket.h"
 #include "test/support/temporary_folder.h"
 #include "test/unit/hal/kernel_part.h"
 
@@ -96,6 +98,7 @@ void expect_equal_replays(const fs::path& folder) {
         output_of("PYTHONPATH=" PLUMB_SOURCE_DIR "/tools " PLUMB_PYTHON " -m plumb_tools.hashdiff " + log + " " +
                   again + " 2>&1");
     EXPECT_EQ(difference.exit_status, 0) << difference.text;
+    EXPECT_GT(number_after(difference.text, "EVENTS: "), 2) << difference.text;
   }
 }
 
@@ -104,20 +107,36 @@ struct LiveFlight {
   int exit_code = -1;
 };
 
-LiveFlight fly(const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0) {
+/// `halfway`: what is done in the middle of the flight.
+LiveFlight fly(
+    const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
+    const std::function<void()>& halfway = [] {}) {
   const double length_s = flight_length_s();
   const EmulatedVehicle vehicle(folder / "camera", can, length_s + 10.0);
   const fs::path config = folder / "flight.yaml";
   std::ofstream(config) << configuration(vehicle, folder, more);
   FlightProgram program(config, folder / "output", niceness);
-  std::this_thread::sleep_for(std::chrono::duration<double>(length_s));
+  const std::chrono::duration<double> half(0.5 * length_s);
+  std::this_thread::sleep_for(half);
+  halfway();
+  std::this_thread::sleep_for(half);
   const int exit_code = program.stop();
   return {.output = program.output(), .exit_code = exit_code};
 }
 
 TEST(LiveFlight, ReplaysBitByBit) {
   const TemporaryFolder folder;
-  const LiveFlight flight = fly(folder.path(), "", "");
+  ServiceSocket systemd(folder.path() / "notify");
+  setenv("NOTIFY_SOCKET", systemd.name().c_str(), 1);
+  std::vector<std::string> told;
+  const LiveFlight flight = fly(folder.path(), "", "", 0, [&] { told = systemd.take(); });
+  unsetenv("NOTIFY_SOCKET");
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.front(), "READY=1");
+  EXPECT_EQ(told.back(), "WATCHDOG=1");
+  told = systemd.take();
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.back(), "STOPPING=1");
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_GT(number_after(flight.output, "ticks "), 200 * (flight_length_s() - 3)) << flight.output;
   EXPECT_GT(number_after(flight.output, "images "), 15 * (flight_length_s() - 3)) << flight.output;
@@ -144,6 +163,30 @@ TEST(LiveFlight, ReplaysBitByBitWhenTheMachineIsTooSlow) {
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_GT(number_after(flight.output, "results late "), 0) << "not slow enough to show anything: " << flight.output;
   expect_equal_replays(folder.path());
+}
+
+TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
+  const char* url = std::getenv("PLUMB_TEST_LCM_URL");
+  if (url == nullptr) GTEST_SKIP() << "runs in a network namespace of its own, see the test live_in_network";
+  const TemporaryFolder folder;
+  const auto command = [url](const std::string& what) {
+    return output_of("PYTHONPATH=" PLUMB_SOURCE_DIR "/tools " PLUMB_PYTHON " -m plumb_tools.command " + what +
+                     " --lcm '" + url + "' 2>&1");
+  };
+  ProgramOutput ping;
+  ProgramOutput reset;
+  const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&] {
+    ping = command("ping");
+    reset = command("reset");
+  });
+  ASSERT_EQ(flight.exit_code, 0) << flight.output;
+  EXPECT_EQ(ping.exit_status, 0) << ping.text;
+  EXPECT_EQ(reset.exit_status, 0) << reset.text;
+  expect_equal_replays(folder.path());
+  const ProgramOutput replay =
+      output_of(std::string(PLUMB_REPLAY) + " --log " + (folder.path() / "flight.lcm").string() + " 2>&1");
+  EXPECT_NE(replay.text.find("resets          1,"), std::string::npos) << replay.text;
+  EXPECT_EQ(command("ping").exit_status >> 8, 3) << "nobody flies any more";
 }
 
 TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBit) {

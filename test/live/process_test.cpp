@@ -5,6 +5,7 @@
 #include <string>
 
 #include "process/log_file.h"
+#include "process/mode_page.h"
 #include "process/schedule_page.h"
 #include "test/support/process.h"
 #include "test/support/temporary_folder.h"
@@ -67,6 +68,14 @@ TEST(Process, TheDocumentHasTheScheduleThatFlies) {
   EXPECT_NE(content_of(PLUMB_SOURCE_DIR "/docs/executive.md").find(schedule_page()), std::string::npos)
       << "docs/executive.md needs what plumb-fsw --schedule prints:\n"
       << schedule_page();
+}
+
+TEST(Process, TheDocumentHasTheModesThatFly) {
+  const std::string document = content_of(PLUMB_SOURCE_DIR "/docs/executive.md");
+  for (const std::string& page : {mode_page(), sensor_page()}) {
+    EXPECT_NE(document.find(page), std::string::npos) << "docs/executive.md needs what plumb-fsw --modes prints:\n"
+                                                      << page;
+  }
 }
 
 }  // namespace

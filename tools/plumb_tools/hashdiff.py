@@ -1,7 +1,7 @@
 """Where two logs of one flight part: the first frame and field that differ in a bit.
 
 What is compared is what the flight software computes and what it computes it from: INPUT_FRAME by tick, NAV_STATE by
-image, NAV_OUTPUT by time. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log.
+image, NAV_OUTPUT by time, and of EVENTS, by number, those that do not tell of the machine's speed. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log.
 """
 
 from __future__ import annotations
@@ -17,12 +17,16 @@ import lcm
 
 from plumb_tools.sim.devices.messages import types
 
-#: Channel, type, and the field that says which frame it is.
+#: Channel, type, and the field that says which frame it is; none: their order does.
 _COMPARED = (
     ("INPUT_FRAME", "input_frame_t", "tick"),
     ("NAV_STATE", "nav_state_t", "sequence"),
     ("NAV_OUTPUT", "nav_output_t", "time_ns"),
+    ("EVENTS", "event_t", None),
 )
+
+#: From here on an event is a function of the input frames; see EventId in fsw/events/event.h.
+_FIRST_REPLAYED_EVENT = 16
 
 
 def bits(value: object) -> object:
@@ -52,7 +56,11 @@ def frames(log: Path) -> dict[str, dict[int, bytes]]:
         if event.channel not in decoders:
             continue
         decoder, key = decoders[event.channel]
-        found[event.channel][getattr(decoder.decode(event.data), key)] = event.data
+        message = decoder.decode(event.data)
+        if key is not None:
+            found[event.channel][getattr(message, key)] = event.data
+        elif message.id >= _FIRST_REPLAYED_EVENT:
+            found[event.channel][len(found[event.channel])] = event.data
     return found
 
 
@@ -81,8 +89,8 @@ def main(arguments: list[str]) -> int:
     different = False
     for channel, name, key in _COMPARED:
         difference = first_difference(one[channel], other[channel], getattr(types(), name))
-        count = len(one[channel])
-        print(f"{channel}: {f'first difference at {key} {difference}' if difference else f'{count} equal'}")
+        found = f"first difference at {key or 'number'} {difference}" if difference else f"{len(one[channel])} equal"
+        print(f"{channel}: {found}")
         different |= difference is not None
     return int(different)
 

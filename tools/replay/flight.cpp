@@ -49,9 +49,12 @@ class Flight {
     const NavTick& done = system_.step(tick.input, tick.input.has_camera ? &tick.image : nullptr);
     const StageCost cost{.cpu_ns = thread_cpu_ns() - cpu_before_ns, .heap_calls = heap_calls() - heap_before};
     ++totals_.ticks;
-    totals_.predicted += done.predicted.size();
     totals_.fsw_heap_calls += cost.heap_calls - meter_.cost(Stage::kFrontEnd).heap_calls;
+    for (const Event& event : done.events) {
+      for (FlightListener* listener : listeners) listener->on_event(event);
+    }
     for (const PredictedState& state : done.predicted) {
+      totals_.predicted += state.status.valid ? 1 : 0;
       for (FlightListener* listener : listeners) listener->on_predicted(state);
     }
     if (done.image.processed) finish_image(cost, listeners);

@@ -26,6 +26,7 @@ class FlightListener {
   virtual void on_input(const Tick&) {}
   virtual void on_predicted(const PredictedState&) {}
   virtual void on_image(const ImageRecord&) {}
+  virtual void on_event(const Event&) {}
   virtual void on_health(const HealthRecord&) {}  ///< once per second of the recording
 };
 

@@ -1,6 +1,7 @@
 #include "tools/replay/live_telemetry.h"
 
 #include "config/input_error.h"
+#include "fsw/telemetry/executive_messages.h"
 
 namespace plumb::replay {
 namespace {
@@ -23,6 +24,8 @@ void LiveTelemetry::on_image(const ImageRecord& record) {
   publisher_.publish(channel::kNavState, record.nav);
   publisher_.publish(channel::kTiming, timing_record(record));
 }
+
+void LiveTelemetry::on_event(const Event& event) { publisher_.publish(channel::kEvents, event); }
 
 void LiveTelemetry::on_health(const HealthRecord& record) { publisher_.publish(channel::kNavHealth, record); }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Publishes a replay over LCM as the flight would: NAV_STATE, NAV_OUTPUT, NAV_HEALTH, TIMING.
+// Publishes a replay over LCM as the flight would: NAV_STATE, NAV_OUTPUT, NAV_HEALTH, EVENTS, TIMING.
 
 #include <memory>
 #include <string>
@@ -17,6 +17,7 @@ class LiveTelemetry final : public FlightListener {
 
   void on_predicted(const PredictedState& state) override;
   void on_image(const ImageRecord& record) override;
+  void on_event(const Event& event) override;
   void on_health(const HealthRecord& record) override;
 
   std::uint64_t sent() const { return publisher_.sent(); }

@@ -88,14 +88,14 @@ void Outputs::add_image(const ImageRecord& record) {
 }
 
 void Outputs::add_predicted(const PredictedState& state) {
-  print_tum(trajectory_imu_.stream(), state.t, state.p_WI_m, state.q_WI);
+  if (state.status.valid) print_tum(trajectory_imu_.stream(), state.t, state.p_WI_m, state.q_WI);
 }
 
 void Outputs::write_state_row(const ImageRecord& record) {
   std::FILE* stream = states_.stream();
   const NavState& state = record.nav.state;
   std::fprintf(stream, "%" PRId64 ",%" PRIu32 ",%d,%d,%" PRIu32, record.nav.t_image.ns(), record.nav.sequence,
-               state.valid ? 1 : 0, static_cast<int>(state.mode), state.reset_count);
+               state.valid ? 1 : 0, static_cast<int>(record.nav.status.mode), state.reset_count);
   // An invalid state has no numbers: nan keeps anyone from plotting them.
   const auto print_all = [stream, &state](const auto& values) {
     for (const double value : values) print_value(stream, state.valid ? value : std::nan(""));

@@ -1,6 +1,7 @@
 #include "tools/replay/recorder.h"
 
 #include "config/input_error.h"
+#include "fsw/telemetry/executive_messages.h"
 
 namespace plumb::replay {
 
@@ -37,6 +38,8 @@ void Recorder::on_image(const ImageRecord& record) {
   write(channel::kNavState, record.nav.t_image, record.nav);
   write(channel::kTiming, record.nav.t_image, timing_record(record));
 }
+
+void Recorder::on_event(const Event& event) { write(channel::kEvents, event.t, event); }
 
 void Recorder::on_health(const HealthRecord& record) { write(channel::kNavHealth, record.t, record); }
 

@@ -23,6 +23,7 @@ class Recorder final : public FlightListener {
   void on_input(const Tick& tick) override;
   void on_predicted(const PredictedState& state) override;
   void on_image(const ImageRecord& record) override;
+  void on_event(const Event& event) override;
   void on_health(const HealthRecord& record) override;
   /// Gives the log its name. Throws std::runtime_error when not all of it could be written.
   void commit();

@@ -25,6 +25,13 @@ def _state(sequence: int, state_hash: int) -> bytes:
     return state.encode()
 
 
+def _event(event_id: int, argument: int) -> bytes:
+    event = types().event_t()
+    event.id = event_id
+    event.arguments = (argument, 0, 0, 0)
+    return event.encode()
+
+
 def _log(path: Path, events: list[tuple[str, bytes]]) -> Path:
     log = lcm.EventLog(str(path), mode="w", overwrite=True)
     for channel, message in events:
@@ -40,6 +47,8 @@ def fixture_sound() -> list[tuple[str, bytes]]:
         ("INPUT_FRAME", _frame(0)),
         ("NAV_STATE", _state(5, 77)),
         ("INPUT_FRAME", _frame(1, math.nan)),
+        ("EVENTS", _event(1, 3)),
+        ("EVENTS", _event(16, 3)),
         ("TIMING", b"what a flight took is of no interest"),
     ]
 
@@ -55,6 +64,7 @@ def test_equal_in_whatever_order_they_were_written(tmp_path: Path, sound: list[t
     [
         (0, ("INPUT_FRAME", _frame(0, -0.0)), "tick 0, imu[0].gyro_rad_s[1]: 0.0 and -0.0"),
         (1, ("NAV_STATE", _state(5, 78)), "sequence 5, state_hash: 77 and 78"),
+        (4, ("EVENTS", _event(16, 4)), "number 0, arguments[0]: 3 and 4"),
         (2, ("INPUT_FRAME", _frame(9)), "tick 1: only in the first log"),
     ],
 )
@@ -71,6 +81,12 @@ def test_names_the_first_frame_and_field(
     other = _log(tmp_path / "other.lcm", sound)
     assert hashdiff.main([str(one), str(other)]) == 1
     assert expected in capsys.readouterr().out
+
+
+def test_events_that_tell_of_the_machine_may_differ(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:
+    one = _log(tmp_path / "one.lcm", sound)
+    sound[3] = ("EVENTS", _event(1, 4))
+    assert hashdiff.main([str(one), str(_log(tmp_path / "other.lcm", sound))]) == 0
 
 
 def test_a_log_that_is_not_there(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:

@@ -17,7 +17,7 @@ def _program(path: Path, script: str) -> None:
     path.chmod(0o755)
 
 
-LAUNCHERS = ["ablation", "demo", "import", "interface", "mavlink_bridge", "report", "score", "simulate"]
+LAUNCHERS = ["ablation", "command", "demo", "import", "interface", "mavlink_bridge", "report", "score", "simulate"]
 
 
 @pytest.mark.parametrize("name", LAUNCHERS)

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "fsw/app/flight_monitor.h"
 #include "fsw/app/parameters.h"
 #include "fsw/base/mission_config.h"
 #include "fsw/vision/flight_tracker.h"
@@ -54,9 +55,32 @@ bool track(const TrackerOptions& options) {
   return true;
 }
 
+/// The same for modes and health, on samples and results of every kind.
+void watch(const ModeOptions& options) {
+  FlightMonitor monitor(options);
+  NavResult result;
+  InputFrame input;
+  for (int i = 0; i < 3000; ++i) {
+    input.t = Time::from_ns(1 + 10'000'000LL * i);
+    const bool good = i / 300 % 2 == 0;
+    result.state = {.t = input.t, .valid = i % 900 > 100, .t_vision = good ? input.t : Time::never()};
+    if (i % 50 == 0) ++result.estimator.resets;
+    result.reliable_for_s = time_to_unreliable_s(result.state, {}, options);
+    EXPECT_TRUE(result.reliable_for_s >= 0.0 && result.reliable_for_s <= options.horizon_s);
+    monitor.take(result);
+    monitor.step(input, {.imu = {.samples = 1, .accepted = good ? 1U : 0U, .refused = good ? 0U : 1U},
+                         .t_imu = input.t,
+                         .state = result.state});
+  }
+}
+
 /// False when the values were refused as a whole.
-bool use(const Parameters& parameters, bool of_tracker) {
-  if (of_tracker) return track(parameters.tracker);
+bool use(const Parameters& parameters, std::string_view name) {
+  if (name.starts_with("tracker.")) return track(parameters.tracker);
+  if (name.starts_with("modes.")) {
+    watch(parameters.modes);
+    return true;
+  }
   if (conflict_in(parameters) != nullptr) return false;
   fly(parameters.estimator);
   return true;
@@ -64,12 +88,11 @@ bool use(const Parameters& parameters, bool of_tracker) {
 
 TEST(AcceptedParameters, EachAtTheEndsOfItsRangeIsFlown) {
   for (const ParamRow<Parameters>& row : parameter_table().rows()) {
-    const bool of_tracker = row.name.starts_with("tracker.");
     for (const double value : {row.min, row.max}) {
       SCOPED_TRACE(std::string(row.name) + " = " + std::to_string(value));
       Parameters parameters;
       ASSERT_EQ(parameter_table().set(parameters, row.name, value).status, Status::kOk);
-      use(parameters, of_tracker);
+      use(parameters, row.name);
     }
   }
 }
@@ -81,7 +104,8 @@ TEST(AcceptedParameters, AllAtOneEndOfTheirRangesAreFlown) {
     for (const ParamRow<Parameters>& row : parameter_table().rows()) {
       ASSERT_EQ(parameter_table().set(parameters, row.name, top ? row.max : row.min).status, Status::kOk);
     }
-    EXPECT_TRUE(use(parameters, false));
+    EXPECT_TRUE(use(parameters, ""));
+    EXPECT_TRUE(use(parameters, "modes."));
   }
 }
 
@@ -89,7 +113,7 @@ TEST(AcceptedParameters, AnyTogetherAreFlown) {
   int used = 0;
   test::for_all(80, [&used](test::Generator& g) {
     Parameters parameters;
-    const bool of_tracker = g.integer(0, 1) == 1;
+    const char* part = std::array{"", "tracker.", "modes."}[static_cast<std::size_t>(g.integer(0, 2))];
     for (const ParamRow<Parameters>& row : parameter_table().rows()) {
       const double share = g.uniform(0.0, 1.0);
       double value =
@@ -98,7 +122,7 @@ TEST(AcceptedParameters, AnyTogetherAreFlown) {
       if (g.integer(0, 2) > 0) value = row.default_value;
       ASSERT_EQ(parameter_table().set(parameters, row.name, std::clamp(value, row.min, row.max)).status, Status::kOk);
     }
-    used += use(parameters, of_tracker) ? 1 : 0;
+    used += use(parameters, part) ? 1 : 0;
   });
   EXPECT_GT(used, 20);
 }

@@ -133,6 +133,31 @@ TEST_F(InputGateTest, SaysWhichFramesANavJobThatHangsNeverGets) {
   EXPECT_TRUE(tick().has_camera);
 }
 
+TEST_F(InputGateTest, JudgesCommandsAndBringsThemInTheirOrder) {
+  constexpr std::size_t kSent = kMaxCommandsPerFrame + 2;
+  for (std::uint32_t i = 0; i < kSent; ++i) {
+    ASSERT_EQ(rings_->commands.push({.source = 1, .sequence = i, .id = static_cast<std::uint16_t>(i < 3 ? 1 : 77)}),
+              Status::kOk);
+  }
+  ASSERT_EQ(tick().commands.size(), kMaxCommandsPerFrame);
+  EXPECT_TRUE(gate_.frame().commands[2].is(CommandId::kPing));
+  EXPECT_EQ(gate_.frame().commands[3].verdict, CommandVerdict::kUnknown);
+  ASSERT_EQ(tick().commands.size(), 2U) << "the rest in the next tick";
+  EXPECT_EQ(gate_.frame().commands[1].sequence, kSent - 1);
+  EXPECT_TRUE(tick().commands.empty());
+}
+
+TEST_F(InputGateTest, ACommandWaitsForAFrameThatTheNavJobGets) {
+  takes_orders_ = false;
+  while (!link_->orders.full()) tick();
+  ASSERT_EQ(rings_->commands.push({.id = static_cast<std::uint16_t>(CommandId::kReset)}), Status::kOk);
+  EXPECT_TRUE(tick().nav_missed);
+  EXPECT_TRUE(gate_.frame().commands.empty());
+  takes_orders_ = true;
+  tick();
+  EXPECT_EQ(tick().commands.size(), 1U);
+}
+
 TEST_F(InputGateTest, TimeOfTicksIncreasesEvenWhereTheClockStands) {
   gate_.assemble(at_ms(4));
   const Time first = gate_.frame().t;

@@ -218,7 +218,7 @@ TEST_F(NavSystemTest, PredictsOneStatePerImuSampleOnceThereIsAState) {
   system_->start_from(truth);
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
-  EXPECT_TRUE(system_->step(input, &image_).predicted.empty());
+  EXPECT_FALSE(system_->step(input, &image_).predicted[0].status.valid);
   ASSERT_TRUE(system_->estimator().state().valid);
   const NavTick& done = system_->step(tick(8, 32'000'000), nullptr);
   ASSERT_EQ(done.predicted.size(), 2U);
@@ -239,7 +239,7 @@ TEST_F(NavSystemTest, HandsAResultOverInTheTickThatTheFrameSays) {
   for (std::int64_t number = 6; number < 9; ++number) {
     input = tick(number, number * kTick_ns);
     input.handover = number == 8 ? Handover::kLate : Handover::kHeld;
-    EXPECT_TRUE(system_->step(input, nullptr).predicted.empty());
+    EXPECT_FALSE(system_->step(input, nullptr).predicted[0].status.valid);
   }
   EXPECT_EQ(system_->predictor().counters().corrections, 0U);
   input = tick(9, 36'000'000);
@@ -256,6 +256,59 @@ TEST_F(NavSystemTest, AFrameThatTheNavJobNeverGotStillCarriesTheOutputOn) {
   input.nav_missed = true;
   system_->step(input, nullptr);
   EXPECT_EQ(system_->estimator().counters().imu_samples, samples);
+}
+
+TEST_F(NavSystemTest, SaysWhetherTheOutputMayBeActedOnAndForHowLong) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  const NavTick& done = system_->step(tick(8, 32'000'000), nullptr);
+  ASSERT_EQ(done.predicted.size(), 2U);
+  EXPECT_TRUE(done.predicted[1].status.valid);
+  EXPECT_EQ(done.predicted[1].status.mode, NavMode::kInertial) << "the tracker saw nothing";
+  EXPECT_GT(done.predicted[1].status.reliable_for_s, 0.0);
+  EXPECT_NEAR(done.predicted[0].status.reliable_for_s - done.predicted[1].status.reliable_for_s, 0.005, 1e-9);
+  for (input = tick(9, 32'000'000); done.predicted.empty() || done.predicted[0].status.valid;) {
+    ASSERT_LT(++input.tick, 200U) << "without an IMU nothing lasts";
+    input.imu.clear();
+    input.t = Time::from_ns(static_cast<std::int64_t>(input.tick) * kTick_ns);
+    system_->step(input, nullptr);
+  }
+  EXPECT_EQ(done.predicted[0].status.mode, NavMode::kFailed);
+  EXPECT_EQ(done.predicted[0].status.reliable_for_s, 0.0);
+  ASSERT_FALSE(done.events.empty());
+  EXPECT_EQ(done.events[0].id, EventId::kModeChanged);
+  EXPECT_EQ(done.events[0].severity, EventSeverity::kFailure);
+}
+
+TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
+  NavState truth;
+  truth.t = Time::from_ns(0);
+  truth.valid = true;
+  system_->start_from(truth);
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  ASSERT_TRUE(system_->estimator().state().valid);
+  Command reset{.id = static_cast<std::uint16_t>(CommandId::kReset), .verdict = CommandVerdict::kRepeated};
+  input = tick(6, 24'000'000);
+  ASSERT_EQ(input.commands.push_back(reset), Status::kOk);
+  system_->step(input, nullptr);
+  EXPECT_TRUE(system_->estimator().state().valid);
+  input = tick(7, 28'000'000);
+  reset.verdict = CommandVerdict::kAccepted;
+  ASSERT_EQ(input.commands.push_back(reset), Status::kOk);
+  const NavTick& done = system_->step(input, nullptr);
+  ASSERT_FALSE(done.events.empty());
+  EXPECT_EQ(done.events[0].id, EventId::kCommand);
+  EXPECT_FALSE(system_->estimator().state().valid);
+  EXPECT_EQ(system_->estimator().state().reset_count, 1U);
+  EXPECT_EQ(system_->counters().commanded_resets, 1U);
+  EXPECT_EQ(system_->estimator().counters().resets, 1U);
 }
 
 TEST_F(NavSystemTest, AnImageThatWasSkippedInFlightIsSkippedAgain) {

@@ -25,8 +25,9 @@ TEST(Parameters, EveryOptionHasARow) {
   EXPECT_EQ(rows_of("start"), member_count<StartOptions>());
   EXPECT_EQ(rows_of("tracker"), member_count<TrackerOptions>() - 1);  // the seed is no setting of the flight
   EXPECT_EQ(rows_of("calibration"), member_count<CalibrationOptions>());
+  EXPECT_EQ(rows_of("modes"), member_count<ModeOptions>());
   EXPECT_EQ(member_count<EstimatorOptions>(), 6U);
-  EXPECT_EQ(member_count<Parameters>(), 2U);
+  EXPECT_EQ(member_count<Parameters>(), 3U);
 }
 
 TEST(Parameters, EveryRowReachesAMemberOfItsOwn) {

@@ -11,6 +11,7 @@ namespace {
 
 const std::string kSound = R"(log: flight.lcm
 lcm: udpm://239.255.76.67:7667?ttl=0
+commands: network
 imu:
   device: /dev/ttyS1
   accel_range_g: 10
@@ -65,6 +66,7 @@ TEST(FlightConfig, ReadsDevicesCalibrationAndParameters) {
   const FlightSetup setup = read_flight_config("flight.yaml", kSound, faults);
   EXPECT_EQ(faults, std::vector<std::string>{});
   EXPECT_EQ(setup.text, kSound);
+  EXPECT_EQ(setup.commands, CommandAccess::kNetwork);
   EXPECT_EQ(setup.imu.device, "/dev/ttyS1");
   EXPECT_EQ(setup.camera.exposure, Duration::from_ms(4));
   EXPECT_EQ(setup.calibration.camera.fx, 400.0);
@@ -113,6 +115,12 @@ TEST(FlightConfig, NamesEveryFaultAtOnce) {
 TEST(FlightConfig, RefusesWhatNobodyKnows) {
   EXPECT_TRUE(names(faults_of(with("rate_hz: 20", "rate: 20")), "camera.rate"));
   EXPECT_TRUE(names(faults_of(with("lcm:", "lmc:")), "'lmc'"));
+}
+
+TEST(FlightConfig, TakesCommandsOfThisHostAloneUnlessItIsToldOtherwise) {
+  std::vector<std::string> faults;
+  EXPECT_EQ(read_flight_config("flight.yaml", with("commands: network\n", ""), faults).commands, CommandAccess::kLocal);
+  EXPECT_TRUE(names(faults_of(with("commands: network", "commands: yes")), "'commands'"));
 }
 
 TEST(FlightConfig, RefusesPartsThatDoNotFitEachOther) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/modes/mode_machine.h"
 #include "test/support/estimator_feed.h"
 #include "test/support/property.h"
 
@@ -272,7 +273,7 @@ TEST(EstimatorInputs, ARangeIsUsedAtItsOwnTime) {
 TEST(EstimatorInputs, ASilentRangeFinderIsNotHeardAgain) {
   Feed feed = make_feed();
   feed.fly_until(1.2);
-  EXPECT_EQ(feed.estimator->state().mode, NavMode::kRangeVio);
+  EXPECT_EQ(mode_at_image(feed.estimator->state(), {}), NavMode::kRangeVio);
   const std::uint64_t used = feed.estimator->counters().ranges_used;
   feed.on_range = [](RangeSample&) { return false; };
   std::uint32_t later = 0;
@@ -282,7 +283,7 @@ TEST(EstimatorInputs, ASilentRangeFinderIsNotHeardAgain) {
     if (t_s > 1.7) later += feed.estimator->report().ranged_used;  // until then tracks have theirs from before
   };
   feed.fly_until(kLength_s);
-  EXPECT_EQ(feed.estimator->state().mode, NavMode::kVio);
+  EXPECT_EQ(mode_at_image(feed.estimator->state(), {}), NavMode::kVio);
   EXPECT_LE(later, 1U);  // the one that was waiting
   EXPECT_LE(feed.estimator->counters().ranges_used, used + 1);
 }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/modes/mode_machine.h"
 #include "test/support/estimator_feed.h"
 #include "test/support/sim/accuracy.h"
 
@@ -125,7 +126,7 @@ TEST(RangedFeature, WithoutRangedTracksTheFacetIsAsked) {
   const std::uint64_t before = feed.estimator->counters().ranges_used;
   feed.fly_until(kEnd_s);
   EXPECT_GT(feed.estimator->counters().ranges_used, before + 10);
-  EXPECT_EQ(feed.estimator->state().mode, NavMode::kRangeVio);
+  EXPECT_EQ(mode_at_image(feed.estimator->state(), {}), NavMode::kRangeVio);
 }
 
 // Every fifth range is too short by metres. Those that tracks took are found out by the tracks.

@@ -39,7 +39,7 @@ struct Motion {
     NavState s;
     s.t = at(t);
     s.valid = true;
-    s.mode = NavMode::kVio;
+    s.t_vision = s.t;
     const Quat rotation = q(t);
     const Vec3 position = p(t);
     const Vec3 velocity = v(t);
@@ -103,7 +103,7 @@ TEST(OutputPredictor, CarriesALateCorrectionToNow) {
   EXPECT_EQ(predictor.corrected_at(), at(0.1037));
   expect_on(motion, predictor.state(), kAfterTenthSecond);
   EXPECT_EQ(predictor.state().covariance[0], 0.25);
-  EXPECT_EQ(predictor.state().mode, NavMode::kVio);
+  EXPECT_EQ(predictor.state().t_vision, at(0.1037));
 }
 
 TEST(OutputPredictor, TakesACorrectionAheadOfTheNewestSample) {

@@ -1,6 +1,7 @@
 // A real subscriber on the other side of a real LCM connection.
 
 #include "hal/linux/lcm_sink.h"
+#include "hal/linux/lcm_source.h"
 
 #include <gtest/gtest.h>
 #include <lcm/lcm.h>
@@ -58,6 +59,27 @@ constexpr const char* kNoNetwork = "runs in a network namespace of its own, see 
 TEST(LcmUdp, Delivers) {
   if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
   expect_delivery(udp_url());
+}
+
+TEST(LcmUdp, ReachesASourceThatListensToItsChannel) {
+  if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
+  EXPECT_TRUE(stays_on_host(udp_url())) << "there is nothing but a loopback";
+  std::string error;
+  const std::unique_ptr<LcmSource> source = LcmSource::open(udp_url(), "COMMAND", error);
+  const std::unique_ptr<LcmSink> sink = LcmSink::open(udp_url(), error);
+  ASSERT_TRUE(source != nullptr && sink != nullptr) << error;
+  EXPECT_EQ(source->receive(Duration::from_ms(1)).status(), Status::kNotReady);
+  const std::vector<std::uint8_t> sent{1, 2, 3};
+  ASSERT_EQ(sink->publish("COMMAND_ACK", std::vector<std::uint8_t>{9}), Status::kOk);
+  ASSERT_EQ(sink->publish("COMMAND", sent), Status::kOk);
+  const auto got = source->receive(Duration::from_ms(2000));
+  ASSERT_TRUE(got.has_value());
+  EXPECT_EQ(std::vector<std::uint8_t>(got->begin(), got->end()), sent);
+}
+
+TEST(LcmSource, KnowsNoRouteOfWhatIsNoAddress) {
+  for (const char* url : {"", "memq://", "udpm://", "udpm://nowhere:7667?ttl=0"})
+    EXPECT_FALSE(stays_on_host(url)) << url;
 }
 
 TEST(LcmUdp, NeedsNoHeapOnceItRuns) {

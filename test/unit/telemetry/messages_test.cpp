@@ -5,6 +5,10 @@
 #include <cstring>
 #include <vector>
 
+#include "fsw/base/crc32.h"
+#include "fsw/telemetry/command_messages.h"
+#include "plumb_lcm/plumb/command_ack_t.hpp"
+#include "plumb_lcm/plumb/command_t.hpp"
 #include "plumb_lcm/plumb/input_frame_t.hpp"
 #include "plumb_lcm/plumb/nav_health_t.hpp"
 #include "plumb_lcm/plumb/nav_output_t.hpp"
@@ -48,7 +52,10 @@ TEST(Messages, NavStateComesBackWhole) {
   EXPECT_EQ(back.sequence, sent.sequence);
   EXPECT_EQ(back.state_hash, sent.state_hash);
   EXPECT_EQ(back.state.valid, sent.state.valid);
-  EXPECT_EQ(back.state.mode, sent.state.mode);
+  EXPECT_EQ(back.status.mode, sent.status.mode);
+  EXPECT_EQ(back.status.reliable_for_s, sent.status.reliable_for_s);
+  EXPECT_EQ(back.state.t_vision, sent.state.t_vision);
+  EXPECT_EQ(back.state.t_range, sent.state.t_range);
   EXPECT_EQ(back.state.reset_count, sent.state.reset_count);
   EXPECT_EQ(back.state.p_WI_m, sent.state.p_WI_m);
   EXPECT_EQ(back.state.v_WI_m_s, sent.state.v_WI_m_s);
@@ -91,7 +98,7 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 TEST(Messages, CarryEveryMemberOfTheRecords) {
   EXPECT_EQ(test::member_count<FrameReport>(), 19U);
   EXPECT_EQ(test::member_count<EstimatorCounters>(), 24U);
-  EXPECT_EQ(test::member_count<NavSystemCounters>(), 6U);
+  EXPECT_EQ(test::member_count<NavSystemCounters>(), 7U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);
   EXPECT_EQ(test::member_count<PredictorTracking>(), 3U);
 }
@@ -108,15 +115,34 @@ TEST(Messages, HealthTimingAndOutputReachAReceiver) {
   EXPECT_EQ(health.calibration[6], 0.003);
   EXPECT_EQ(health.calibration_sigma[17], 0.002);
   EXPECT_EQ(health.pixel_noise_px, 0.75);
+  EXPECT_EQ(health.commanded_resets, 2);
+  EXPECT_EQ(health.valid, 1);
+  EXPECT_EQ(health.mode, 4);
+  EXPECT_EQ(health.reliable_for_s, 1.75);
+  EXPECT_EQ(health.sensors[2].state, 2);
+  EXPECT_EQ(health.sensors[2].rate_hz, 24.5);
+  EXPECT_EQ(health.sensors[2].last_ns, 71);
+  EXPECT_EQ(health.sensors[2].refused_in_a_row, 72);
+  EXPECT_EQ(health.sensors[2].samples, 73);
+  EXPECT_EQ(health.sensors[2].refused, 74);
   const auto timing = received<timing_t>(encoded(sample_timing()));
   EXPECT_EQ(timing.stage_ns[0], 10);
   EXPECT_EQ(timing.stage_ns[kStageCount - 1], static_cast<std::int64_t>(9 + kStageCount));
   EXPECT_EQ(timing.step_ns, 1000);
-  const PredictedState state{.t = Time::from_ns(3), .p_WI_m = {1, 2, 3}, .v_WI_m_s = {4, 5, 6}, .q_WI = {0, 1, 0, 0}};
+  const PredictedState state{.t = Time::from_ns(3),
+                             .p_WI_m = {1, 2, 3},
+                             .v_WI_m_s = {4, 5, 6},
+                             .q_WI = {0, 1, 0, 0},
+                             .reset_count = 7,
+                             .status = {.valid = true, .mode = NavMode::kInertial, .reliable_for_s = 2.5}};
   const auto output = received<nav_output_t>(encoded(state));
   EXPECT_EQ(output.time_ns, 3);
   EXPECT_EQ(output.v_WI_m_s[2], 6.0);
   EXPECT_EQ(output.q_WI[1], 1.0);
+  EXPECT_EQ(output.reset_count, 7);
+  EXPECT_EQ(output.valid, 1);
+  EXPECT_EQ(output.mode, 3);
+  EXPECT_EQ(output.reliable_for_s, 2.5);
 }
 
 TEST(Messages, InputFrameComesBackBitByBit) {
@@ -139,6 +165,12 @@ TEST(Messages, InputFrameComesBackBitByBit) {
   EXPECT_EQ(back.direction[0].source, DirectionSource::kMagnetometer);
   EXPECT_EQ(back.direction[0].seen_I, sent.direction[0].seen_I);
   EXPECT_EQ(back.direction[0].known_W, sent.direction[0].known_W);
+  ASSERT_EQ(back.commands.size(), 1U);
+  EXPECT_EQ(back.commands[0].source, sent.commands[0].source);
+  EXPECT_EQ(back.commands[0].sequence, sent.commands[0].sequence);
+  EXPECT_EQ(back.commands[0].id, sent.commands[0].id);
+  EXPECT_EQ(back.commands[0].arguments, sent.commands[0].arguments);
+  EXPECT_EQ(back.commands[0].verdict, sent.commands[0].verdict);
   EXPECT_TRUE(back.has_camera);
   EXPECT_EQ(back.handover, Handover::kReleased);
   EXPECT_TRUE(back.image_skipped);
@@ -266,11 +298,52 @@ TEST(Messages, CountsOutOfRangeAreRefused) {
   message.direction[0].source = 2;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.direction[0].source = 1;
+  message.command_count = static_cast<std::int32_t>(kMaxCommandsPerFrame) + 1;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.command_count = 1;
+  message.commands[0].verdict = 5;
+  EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+  message.commands[0].verdict = 4;
   message.has_camera = 2;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.has_camera = 1;
   message.handover = 4;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
+}
+
+TEST(Messages, ACommandComesWholeOrNotAtAll) {
+  command_t sent{.source = -5, .sequence = 6, .id = 2, .arguments = {1.5, 2.5, 3.5, 4.5}, .crc = 0};
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(sent.getEncodedSize()));
+  const auto encode_sent = [&] { return sent.encode(bytes.data(), 0, static_cast<int>(bytes.size())); };
+  encode_sent();
+  sent.crc = static_cast<std::int32_t>(crc32(MessageBytes(bytes).first(bytes.size() - 4)));
+  encode_sent();
+  Command command;
+  ASSERT_EQ(decode(bytes, command), Status::kOk);
+  EXPECT_EQ(command.source, 0xfffffffbU);
+  EXPECT_EQ(command.sequence, 6U);
+  EXPECT_EQ(command.id, 2);
+  EXPECT_EQ(command.arguments, (std::array<double, 4>{1.5, 2.5, 3.5, 4.5}));
+  EXPECT_EQ(command.verdict, CommandVerdict::kAccepted);
+  for (std::size_t i = 8; i < bytes.size(); ++i) {
+    std::vector<std::uint8_t> damaged = bytes;
+    damaged[i] ^= 0x10;
+    ASSERT_EQ(decode(damaged, command), Status::kOk);
+    EXPECT_EQ(command.verdict, CommandVerdict::kChecksum);
+  }
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_EQ(decode(MessageBytes(bytes.data(), size), command), Status::kInvalidValue);
+  }
+}
+
+TEST(Messages, AnAnswerReachesWhoeverAsked) {
+  const CommandAck sent{.t = Time::from_ns(9), .command = sample_input().commands[0]};
+  const auto ack = received<command_ack_t>(encoded(sent));
+  EXPECT_EQ(ack.time_ns, 9);
+  EXPECT_EQ(static_cast<std::uint32_t>(ack.source), sent.command.source);
+  EXPECT_EQ(static_cast<std::uint32_t>(ack.sequence), sent.command.sequence);
+  EXPECT_EQ(static_cast<std::uint16_t>(ack.id), sent.command.id);
+  EXPECT_EQ(ack.verdict, 3);
 }
 
 TEST(Messages, ABufferThatIsTooSmallIsFull) {

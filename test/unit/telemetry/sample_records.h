@@ -13,7 +13,9 @@ inline NavStateRecord sample_nav_state() {
   NavState& state = record.state;
   state.t = record.t_image;
   state.valid = true;
-  state.mode = NavMode::kVio;
+  state.t_vision = Time::from_ns(31);
+  state.t_range = Time::from_ns(32);
+  record.status = {.valid = true, .mode = NavMode::kVio, .reliable_for_s = 12.25};
   state.reset_count = 7;
   state.p_WI_m = {1.5, -2.25, 1e-300};
   state.v_WI_m_s = {0.1, 0.2, 0.3};
@@ -59,6 +61,11 @@ inline InputFrame sample_input() {
                                                .source = DirectionSource::kMagnetometer,
                                                .seen_I = {0.1, 0.2, 0.3},
                                                .known_W = {0.4, 0.5, 0.6}}));
+  static_cast<void>(frame.commands.push_back({.source = 0xfffffff1U,
+                                              .sequence = 0xfffffff2U,
+                                              .id = 0xfff3U,
+                                              .arguments = {1.5, 2.5, 3.5, 4.5},
+                                              .verdict = CommandVerdict::kArgument}));
   frame.has_camera = true;
   frame.handover = Handover::kReleased;
   frame.image_skipped = true;
@@ -79,6 +86,14 @@ inline HealthRecord sample_health() {
   record.calibration.value[6] = 0.003;
   record.calibration.sigma[17] = 0.002;
   record.pixel_noise_px = 0.75;
+  record.system.commanded_resets = 2;
+  record.status = {.valid = true, .mode = NavMode::kFailed, .reliable_for_s = 1.75};
+  record.sensors[2] = {.state = SensorState::kDegraded,
+                       .rate_hz = 24.5,
+                       .t_last = Time::from_ns(71),
+                       .refused_in_a_row = 72,
+                       .samples = 73,
+                       .refused = 74};
   return record;
 }
 

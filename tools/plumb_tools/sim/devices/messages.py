@@ -20,7 +20,7 @@ from plumb_tools.sim.devices.lidar_lite import ADDRESS, I2cTransfer
 from plumb_tools.sim.devices.stim300_stream import SerialChunk
 
 _TYPE_FOLDER = Path(__file__).resolve().parents[4] / "fsw" / "telemetry"
-_TYPE_FILES = ("input.lcm", "navigation.lcm", "raw.lcm", "session.lcm")
+_TYPE_FILES = ("command.lcm", "input.lcm", "navigation.lcm", "raw.lcm", "session.lcm")
 _SERIAL_CAPACITY = 256
 _TRANSFER_CAPACITY = 8
 

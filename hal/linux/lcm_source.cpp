@@ -1,0 +1,99 @@
+#include "hal/linux/lcm_source.h"
+
+#include <arpa/inet.h>
+#include <lcm/lcm.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+
+namespace plumb {
+namespace {
+
+// A few commands that came while the thread was away; LCM would keep 30.
+constexpr int kQueue = 8;
+
+void keep(const lcm_recv_buf_t* buffer, const char*, void* message) {
+  const auto* data = static_cast<const std::uint8_t*>(buffer->data);
+  static_cast<std::vector<std::uint8_t>*>(message)->assign(data, data + buffer->data_size);
+}
+
+/// Asks the kernel for the interface by which it would send to the address. 0: there is none.
+unsigned interface_towards(in_addr address) {
+  struct {
+    nlmsghdr head;
+    rtmsg route;
+    rtattr attribute;
+    in_addr destination;
+  } request{};
+  request.head.nlmsg_len = sizeof request;
+  request.head.nlmsg_type = RTM_GETROUTE;
+  request.head.nlmsg_flags = NLM_F_REQUEST;
+  request.route.rtm_family = AF_INET;
+  request.route.rtm_dst_len = 32;
+  request.attribute.rta_len = RTA_LENGTH(sizeof address);
+  request.attribute.rta_type = RTA_DST;
+  request.destination = address;
+  alignas(nlmsghdr) char answer[4096];
+  const int kernel = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
+  const bool sent = kernel >= 0 && send(kernel, &request, sizeof request, 0) == sizeof request;
+  const ssize_t size = sent ? recv(kernel, answer, sizeof answer, 0) : -1;
+  if (kernel >= 0) close(kernel);
+  auto* head = reinterpret_cast<nlmsghdr*>(answer);
+  if (size < 0 || !NLMSG_OK(head, static_cast<std::size_t>(size)) || head->nlmsg_type != RTM_NEWROUTE) return 0;
+  auto left = static_cast<int>(RTM_PAYLOAD(head));
+  for (auto* a = RTM_RTA(static_cast<rtmsg*>(NLMSG_DATA(head))); RTA_OK(a, left); a = RTA_NEXT(a, left)) {
+    if (a->rta_type != RTA_OIF) continue;
+    unsigned index = 0;
+    std::memcpy(&index, RTA_DATA(a), sizeof index);
+    return index;
+  }
+  return 0;
+}
+
+bool is_loopback(unsigned interface) {
+  ifreq request{};
+  const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool known =
+      any >= 0 && if_indextoname(interface, request.ifr_name) != nullptr && ioctl(any, SIOCGIFFLAGS, &request) == 0;
+  if (any >= 0) close(any);
+  return known && (request.ifr_flags & IFF_LOOPBACK) != 0;
+}
+
+}  // namespace
+
+bool stays_on_host(const std::string& url) {
+  const std::string scheme = "udpm://";
+  if (!url.starts_with(scheme)) return false;
+  const std::string place = url.substr(scheme.size(), url.find('?') - scheme.size());
+  in_addr group{};
+  if (inet_pton(AF_INET, place.substr(0, place.find(':')).c_str(), &group) != 1) return false;
+  return is_loopback(interface_towards(group));
+}
+
+std::unique_ptr<LcmSource> LcmSource::open(const std::string& url, const std::string& channel, std::string& error) {
+  lcm_t* lcm = lcm_create(url.c_str());
+  if (lcm == nullptr) {
+    error = "LCM cannot use '" + url + "'";
+    return nullptr;
+  }
+  std::unique_ptr<LcmSource> source(new LcmSource(lcm));
+  lcm_subscription_t* subscription = lcm_subscribe(lcm, channel.c_str(), keep, &source->message_);
+  if (subscription != nullptr && lcm_subscription_set_queue_capacity(subscription, kQueue) == 0) return source;
+  error = "LCM cannot subscribe to '" + channel + "'";
+  return nullptr;
+}
+
+LcmSource::~LcmSource() { lcm_destroy(lcm_); }
+
+Result<std::span<const std::uint8_t>> LcmSource::receive(Duration timeout) {
+  const int handled = lcm_handle_timeout(lcm_, static_cast<int>(timeout.ns() / 1'000'000));
+  if (handled < 0) return Status::kRejected;
+  if (handled == 0) return Status::kNotReady;
+  return std::span<const std::uint8_t>(message_);
+}
+
+}  // namespace plumb

@@ -1,0 +1,38 @@
+#pragma once
+// Messages of one channel from LCM. LCM receives in a thread of its own and takes memory as it likes, so this belongs
+// into a thread beside those that fly.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fsw/base/status.h"
+#include "fsw/base/time.h"
+
+typedef struct _lcm_t lcm_t;
+
+namespace plumb {
+
+/// Whether what LCM sends to `url`, and what reaches it from there, crosses no network: the route to the multicast
+/// group is a loopback. A ttl of 0 alone keeps this host's messages here, not those of others out.
+bool stays_on_host(const std::string& url);
+
+class LcmSource {
+ public:
+  /// Null, and the reason in `error`, when LCM cannot use the URL.
+  static std::unique_ptr<LcmSource> open(const std::string& url, const std::string& channel, std::string& error);
+  ~LcmSource();
+  LcmSource(const LcmSource&) = delete;
+  LcmSource& operator=(const LcmSource&) = delete;
+
+  /// The next message, until the call after this. kNotReady: none within `timeout`. kRejected: LCM has failed.
+  Result<std::span<const std::uint8_t>> receive(Duration timeout);
+
+ private:
+  explicit LcmSource(lcm_t* lcm) : lcm_(lcm) {}
+  lcm_t* lcm_;
+  std::vector<std::uint8_t> message_;
+};
+
+}  // namespace plumb

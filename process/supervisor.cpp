@@ -1,0 +1,27 @@
+#include "process/supervisor.h"
+
+#include <algorithm>
+
+namespace plumb {
+
+void Supervisor::watch(FlightThread thread) {
+  watched_.push_back({.thread = thread, .turns = board_.turns(thread)});
+}
+
+Duration Supervisor::period() const {
+  const Duration watchdog = manager_.watchdog();
+  return watchdog <= Duration() ? kLongestLook : std::clamp(watchdog / 3, kShortestLook, kLongestLook);
+}
+
+std::vector<std::string> Supervisor::look() {
+  std::vector<std::string> stuck;
+  for (Watched& watched : watched_) {
+    const std::uint64_t turns = board_.turns(watched.thread);
+    if (turns == watched.turns) stuck.emplace_back(kFlightThreadNames[static_cast<std::size_t>(watched.thread)]);
+    watched.turns = turns;
+  }
+  if (stuck.empty()) manager_.tell("WATCHDOG=1");
+  return stuck;
+}
+
+}  // namespace plumb
