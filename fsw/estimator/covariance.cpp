@@ -47,8 +47,17 @@ void move_block(MatrixView p, std::size_t from, std::size_t to, std::size_t coun
 void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out) {
   for (std::size_t r = 0; r < jacobian.rows(); ++r) std::fill_n(out.row(r), out.cols(), 0.0);
   for (const Segment& s : support) {
-    add_product(1.0, jacobian.block(0, s.start, jacobian.rows(), s.length), p.block(s.start, 0, s.length, p.cols()),
-                out);
+    add_product(jacobian.block(0, s.start, jacobian.rows(), s.length), p.block(s.start, 0, s.length, p.cols()), out);
+  }
+}
+
+void sum_products(ConstMatrixView a, const double* row, const Support& support, MatrixView out) {
+  PLUMB_ASSERT(a.rows() == out.rows() && out.rows() <= kMaxProducts);
+  double part[kMaxProducts];
+  for (std::size_t r = 0; r < out.rows(); ++r) out(r, 0) = 0.0;
+  for (const Segment& s : support) {
+    dot_rows(a.block(0, s.start, a.rows(), s.length), row + s.start, part);
+    for (std::size_t r = 0; r < out.rows(); ++r) out(r, 0) += part[r];
   }
 }
 

@@ -28,6 +28,11 @@ void rotate_block(MatrixView p, std::size_t at, const Mat3& rotation);
 /// out(row) <- J(row) P for rows whose non-zero columns are `support`.
 void multiply_rows(ConstMatrixView jacobian, const Support& support, ConstMatrixView p, MatrixView out);
 
+/// out(r) <- the sum of a(r, c) row[c] over the columns of `support`, for every row of a. `out` is one column of at
+/// most kMaxProducts rows. What H P H^T is made of: rows of H P times a row of H.
+inline constexpr std::size_t kMaxProducts = 512;
+void sum_products(ConstMatrixView a, const double* row, const Support& support, MatrixView out);
+
 /// P <- Phi P Phi^T + Q on the 15 core states, and Phi on the cross terms. Rows of Phi for the biases are identity.
 void propagate_core(MatrixView p, const Mat15& phi, const Mat15& q);
 

@@ -4,6 +4,8 @@
 // is the start of a SLAM feature, should it become one (delayed initialisation). A ranged track has one row more: its
 // inverse depth in the image that belongs to the range.
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include "fsw/estimator/covariance.h"
@@ -24,10 +26,15 @@ struct TrackRows {
 
   FeatureParameters feature = FeatureParameters::Zero();
   std::size_t anchor_slot = 0;
-  std::size_t rows = 0;  ///< of the whole stack; the first three determine the feature
-  MatrixStorage<kMaxRows, kColumns> work;
+  std::size_t rows = 0;                       ///< of the whole stack; the first three of `work` determine the feature
+  MatrixStorage<kMaxRows, kColumns> stacked;  ///< the rows as they are observed: each sees two poses
+  std::array<Support, kMaxRows> support;      ///< of each of these, among beam and poses
+  MatrixStorage<kMaxRows, kColumns> work;     ///< the same, the feature taken out of all but three
 
   static constexpr std::size_t pose(std::size_t slot) { return kFeatureSize + BeamColumns + kPoseSize * slot; }
+  void add_support(std::size_t row, std::size_t slot) {
+    static_cast<void>(support[row].push_back({pose(slot) - kFeatureSize, kPoseSize}));
+  }
   /// The rows that see no feature: (rows - 3) x (beam, poses | residual).
   MatrixView pose_rows() {
     return work.view().block(kFeatureSize, kFeatureSize, rows - kFeatureSize, kPoseColumns + 1);
@@ -44,16 +51,22 @@ Status add_range_row(const Views& views, const KnownDepth& known, TrackRows<MaxP
   const View& there = views[known.view];
   Reanchoring ranged;
   if (!ok(reanchor_feature(anchor.camera, there.camera, out.feature, ranged))) return Status::kRejected;
-  MatrixView all = out.work.view(out.rows, out.kColumns);
+  MatrixView all = out.stacked.view(out.rows, out.kColumns);
   const std::size_t row = out.rows - 1;
   std::fill_n(all.row(row), all.cols(), 0.0);
+  out.support[row].clear();
   all.template fixed<1, 3>(row, 0) = ranged.by_feature.row(2) / known.sigma_1_m;
   if (known.view != views.size() - 1) {
     all.template fixed<1, 6>(row, out.pose(there.pose_slot)) = ranged.by_to.row(2) / known.sigma_1_m;
     all.template fixed<1, 6>(row, out.pose(anchor.pose_slot)) = ranged.by_from.row(2) / known.sigma_1_m;
+    out.add_support(row, there.pose_slot);
+    out.add_support(row, anchor.pose_slot);
   }
   // The known depth stands on the other side of the equation.
-  if constexpr (BeamColumns > 0) all.template fixed<1, 5>(row, kFeatureSize) = -known.by_beam / known.sigma_1_m;
+  if constexpr (BeamColumns > 0) {
+    all.template fixed<1, 5>(row, kFeatureSize) = -known.by_beam / known.sigma_1_m;
+    static_cast<void>(out.support[row].push_back({0, BeamColumns}));
+  }
   all(row, all.cols() - 1) = (known.rho_1_m - ranged.feature.z()) / known.sigma_1_m;
   return Status::kOk;
 }
@@ -70,16 +83,20 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
   out.feature = *feature;
   out.anchor_slot = views[anchor].pose_slot;
   out.rows = 2 * views.size() + (known != nullptr ? 1 : 0);
-  MatrixView all = out.work.view(out.rows, out.kColumns);
+  MatrixView all = out.stacked.view(out.rows, out.kColumns);
   for (std::size_t i = 0; i < views.size(); ++i) {
     VisualPrediction prediction;
     if (!ok(predict_feature(views[i].camera, views[anchor].camera, out.feature, prediction))) return Status::kRejected;
     for (std::size_t r = 0; r < 2; ++r) {
       double* row = all.row(2 * i + r);
       std::fill_n(row, all.cols(), 0.0);
+      out.support[2 * i + r].clear();
+      if (i == anchor) continue;  // its own view has no pose columns: observer and anchor cancel
+      out.add_support(2 * i + r, views[i].pose_slot);
+      out.add_support(2 * i + r, out.anchor_slot);
     }
     all.template fixed<2, 3>(2 * i, 0) = prediction.by_feature / sigma;
-    if (i != anchor) {  // the anchor's own view has no pose columns: observer and anchor cancel
+    if (i != anchor) {
       all.template fixed<2, 6>(2 * i, out.pose(views[i].pose_slot)) = prediction.by_pose / sigma;
       all.template fixed<2, 6>(2 * i, out.pose(out.anchor_slot)) = -prediction.by_pose / sigma;
     }
@@ -88,38 +105,49 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
     all(2 * i + 1, all.cols() - 1) = residual.y();
   }
   if (known != nullptr && !ok(add_range_row(views, *known, out))) return Status::kRejected;
-  triangularise(all, kFeatureSize);
+  MatrixView work = out.work.view(out.rows, out.kColumns);
+  for (std::size_t r = 0; r < out.rows; ++r) std::copy_n(all.row(r), all.cols(), work.row(r));
+  triangularise(work, kFeatureSize);
   for (std::size_t k = 0; k < kFeatureSize; ++k) {
-    if (!(std::abs(all(k, k)) > kMinDepthInformation)) return Status::kIllConditioned;
+    if (!(std::abs(work(k, k)) > kMinDepthInformation)) return Status::kIllConditioned;
   }
   return Status::kOk;
 }
 
 /// How far the pose rows are from what the prior leads to expect: r^T (H P H^T + I)^-1 r, chi-square in their number.
 /// `poses` is the covariance of the beam and the pose slots. Not finite if that is unsound.
+///
+/// It is what is left of the stacked rows, whitened by their own innovation covariance S = L L^T, once the feature has
+/// explained what it can: the least squares of L^-1 (F df - r). These rows see two poses each, the pose rows all.
 template <std::size_t MaxPoses, std::size_t BeamColumns>
-double innovation_squared(TrackRows<MaxPoses, BeamColumns>& track, ConstMatrixView poses) {
+double innovation_squared(const TrackRows<MaxPoses, BeamColumns>& track, ConstMatrixView poses) {
   using Rows = TrackRows<MaxPoses, BeamColumns>;
-  const MatrixView h = track.pose_rows();
-  const std::size_t m = h.rows();
+  constexpr std::size_t kResidual = kFeatureSize;  // its column, behind those of the feature
+  const std::size_t m = track.rows;
+  const ConstMatrixView all = track.stacked.view().block(0, 0, m, Rows::kColumns);
+  const ConstMatrixView h = all.block(0, kFeatureSize, m, Rows::kPoseColumns);
   double hp_storage[Rows::kMaxRows * Rows::kPoseColumns];
   double s_storage[Rows::kMaxRows * Rows::kMaxRows];
-  double y[Rows::kMaxRows];
+  double left_storage[Rows::kMaxRows * (kFeatureSize + 1)];
   MatrixView hp(hp_storage, m, Rows::kPoseColumns, Rows::kPoseColumns);
   MatrixView s(s_storage, m, m, Rows::kMaxRows);
-  Support all;
-  static_cast<void>(all.push_back({0, Rows::kPoseColumns}));
-  multiply_rows(h, all, poses, hp);
-  for (std::size_t i = 0; i < m; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      s(i, j) = (i == j ? 1.0 : 0.0) + dot(hp.row(i), h.row(j), Rows::kPoseColumns);
-    }
-    y[i] = h(i, Rows::kPoseColumns);
+  MatrixView left(left_storage, m, kFeatureSize + 1, kFeatureSize + 1);
+  for (std::size_t i = 0; i < m; i += 2) {  // the two rows of a view see the same
+    const std::size_t rows = std::min<std::size_t>(2, m - i);
+    multiply_rows(h.block(i, 0, rows, h.cols()), track.support[i], poses, hp.block(i, 0, rows, hp.cols()));
+  }
+  for (std::size_t j = 0; j < m; ++j) {
+    sum_products(hp.block(j, 0, m - j, hp.cols()), h.row(j), track.support[j],
+                 MatrixView(&s(j, j), m - j, 1, s.stride()));
+    s(j, j) += 1.0;
+    std::copy_n(all.row(j), kFeatureSize, left.row(j));
+    left(j, kResidual) = all(j, all.cols() - 1);
   }
   if (!ok(cholesky_in_place(s))) return std::numeric_limits<double>::quiet_NaN();
-  solve_lower_in_place(s, MatrixView(y, m, 1, 1));
+  solve_lower_in_place(s, left);
+  triangularise(left, kFeatureSize);
   double nis = 0.0;
-  for (std::size_t i = 0; i < m; ++i) nis += y[i] * y[i];
+  for (std::size_t i = kFeatureSize; i < m; ++i) nis += left(i, kResidual) * left(i, kResidual);
   return nis;
 }
 

@@ -7,7 +7,9 @@
 // symmetric bit for bit. Rows know which of their columns are non-zero and cost accordingly.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "fsw/estimator/filter_state.h"
 #include "fsw/math/kernels.h"
@@ -40,8 +42,9 @@ class UpdateStack {
   /// Adds the opened rows, and returns their normalised innovation squared, r^T (H P H^T + I)^-1 r, against the prior.
   /// Not finite if the covariance is unsound. For up to three rows at a time when the value is wanted.
   double close(const FilterState<Config>& state, const Support& support);
-  /// Adds the opened rows without testing them.
+  /// Adds the opened rows without testing them: all of one support, or each of its own within that of the first.
   void close_untested(const FilterState<Config>& state, const Support& support);
+  void close_untested(const FilterState<Config>& state, std::span<const Support> supports);
   /// Variance of the innovation of row r, in units of the row's own noise.
   double innovation_variance(std::size_t r) const { return inner(r, r) + 1.0; }
   /// Gives the noise of the last `count` rows `factor` times the variance: what a gate costs those that pass it.
@@ -81,10 +84,18 @@ double UpdateStack<Config>::inner(std::size_t i, std::size_t j) const {
 
 template <class Config>
 void UpdateStack<Config>::close_untested(const FilterState<Config>& state, const Support& support) {
-  MatrixView h = h_.view().block(rows_, 0, open_, size_);
-  multiply_rows(h, support, state.covariance(), hp_.view().block(rows_, 0, open_, size_));
-  for (std::size_t r = 0; r < open_; ++r) support_[rows_ + r] = support;
+  multiply_rows(h_.view().block(rows_, 0, open_, size_), support, state.covariance(),
+                hp_.view().block(rows_, 0, open_, size_));
+  std::fill_n(support_.begin() + rows_, open_, support);
   rows_ += open_;
+}
+
+template <class Config>
+void UpdateStack<Config>::close_untested(const FilterState<Config>& state, std::span<const Support> supports) {
+  PLUMB_ASSERT(supports.size() == open_);
+  const std::size_t first = rows_;
+  close_untested(state, supports.front());
+  std::copy(supports.begin(), supports.end(), support_.begin() + first);
 }
 
 template <class Config>
@@ -120,8 +131,11 @@ Status UpdateStack<Config>::apply(FilterState<Config>& state) {
   std::fill_n(dx_, Layout::kSize, 0.0);
   if (rows_ == 0) return Status::kOk;
   MatrixView s = s_.view(rows_, rows_);
-  for (std::size_t i = 0; i < rows_; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) s(i, j) = inner(i, j) + (i == j ? 1.0 : 0.0);
+  for (std::size_t j = 0; j < rows_; ++j) {
+    const std::size_t below = rows_ - j;
+    sum_products(hp_.view().block(j, 0, below, size_), h_.view().row(j), support_[j],
+                 MatrixView(&s(j, j), below, 1, s.stride()));
+    s(j, j) += 1.0;
   }
   if (!ok(cholesky_in_place(s))) return Status::kNumericalFault;
   MatrixView w = hp_.view().block(0, 0, rows_, size_);

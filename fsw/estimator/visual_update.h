@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 
 #include "fsw/base/stage_observer.h"
 #include "fsw/estimator/chi_square.h"
@@ -86,6 +87,7 @@ class VisualUpdate {
   Use select_rows(const State& state, const Views& views, const KnownDepth* known);
   std::optional<KnownDepth> known_depth(const State& state, const TrackType& track, const Views& views) const;
   void add_compressed_rows(const State& state, UpdateStack<Config>& stack);
+  void add_compressed_rows(const State& state, std::span<const std::size_t> kept, UpdateStack<Config>& stack);
   void insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report);
   void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
 

@@ -251,18 +251,35 @@ void VisualUpdate<Config>::start_feature(const TrackType& track) {
 template <class Config>
 void VisualUpdate<Config>::add_compressed_rows(const State& state, UpdateStack<Config>& stack) {
   constexpr double kNegligible = 1e-16;  // squared norm of a whitened row that carries rounding only
+  constexpr std::size_t kTogether = 4;   // rows multiplied by the covariance at once
+  FixedVector<std::size_t, kTogether> kept;
   for (std::size_t k = 0; k < Rows::kPoseColumns; ++k) {
     const double* from = compressed_.view().row(k);
     double norm2 = 0.0;
     for (std::size_t c = k; c < Rows::kPoseColumns; ++c) norm2 += from[c] * from[c];
-    if (norm2 < kNegligible) continue;
-    MatrixView h = stack.open(1);
-    std::copy(from + k, from + Rows::kPoseColumns, h.row(0) + kFirstColumn + k);
-    stack.residual(0) = from[Rows::kPoseColumns];
+    if (!(norm2 < kNegligible)) static_cast<void>(kept.push_back(k));
+    if (!kept.full() && k + 1 < Rows::kPoseColumns) continue;
+    add_compressed_rows(state, {kept.data(), kept.size()}, stack);
+    kept.clear();
+  }
+}
+
+template <class Config>
+void VisualUpdate<Config>::add_compressed_rows(const State& state, std::span<const std::size_t> kept,
+                                               UpdateStack<Config>& stack) {
+  if (kept.empty()) return;
+  MatrixView h = stack.open(kept.size());
+  FixedVector<Support, Rows::kPoseColumns> supports;
+  for (std::size_t r = 0; r < kept.size(); ++r) {
+    const std::size_t k = kept[r];
+    const double* from = compressed_.view().row(k);
+    std::copy(from + k, from + Rows::kPoseColumns, h.row(r) + kFirstColumn + k);
+    stack.residual(r) = from[Rows::kPoseColumns];
     Support support;
     static_cast<void>(support.push_back({kFirstColumn + k, Rows::kPoseColumns - k}));
-    stack.close_untested(state, support);
+    static_cast<void>(supports.push_back(support));
   }
+  stack.close_untested(state, {supports.data(), supports.size()});
 }
 
 template <class Config>

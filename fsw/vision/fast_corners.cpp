@@ -40,8 +40,25 @@ inline Pixels arc_strength(const Ring& ring) {
   return strongest;
 }
 
-/// Per pixel the smallest threshold at which it is no corner; 0 when that is not above `threshold`. Nothing is left out
-/// early where no corner can be: in texture, the branch costs more than it saves.
+/// No less than arc_strength(): an arc of 9 holds two neighbours of the four pixels above, below and beside the centre.
+inline Pixels strength_bound(const Pixels& below, const Pixels& right, const Pixels& above, const Pixels& left) {
+  return cv::v_min(cv::v_max(below, above), cv::v_max(right, left));
+}
+
+/// False where no pixel's strength can be above `threshold`, which most of an image without texture is.
+bool may_have_corners(const std::uint8_t* pixels, const std::array<std::ptrdiff_t, kRing>& ring,
+                      const Pixels& threshold) {
+  const Pixels centre = cv::v_load(pixels);
+  const Pixels below = cv::v_load(pixels + ring[0]);
+  const Pixels right = cv::v_load(pixels + ring[4]);
+  const Pixels above = cv::v_load(pixels + ring[8]);
+  const Pixels left = cv::v_load(pixels + ring[12]);
+  const Pixels brighter = strength_bound(below - centre, right - centre, above - centre, left - centre);
+  const Pixels darker = strength_bound(centre - below, centre - right, centre - above, centre - left);
+  return cv::v_check_any(cv::v_max(brighter, darker) > threshold);
+}
+
+/// Per pixel the smallest threshold at which it is no corner; 0 when that is not above `threshold`.
 Pixels corner_strength(const std::uint8_t* pixels, const std::array<std::ptrdiff_t, kRing>& ring,
                        const Pixels& threshold) {
   const Pixels centre = cv::v_load(pixels);
@@ -60,7 +77,9 @@ Pixels corner_strength(const std::uint8_t* pixels, const std::array<std::ptrdiff
 void score_row(const std::uint8_t* pixels, const std::array<std::ptrdiff_t, kRing>& ring, const Pixels& threshold,
                std::int32_t first, std::int32_t end, ScoreRow& row) {
   for (std::int32_t i = 0; i < end; i += kLanes) {
-    cv::v_store(row.data() + i, corner_strength(pixels + i, ring, threshold));
+    cv::v_store(row.data() + i, may_have_corners(pixels + i, ring, threshold)
+                                    ? corner_strength(pixels + i, ring, threshold)
+                                    : cv::v_setzero_u8());
   }
   std::fill(row.begin(), row.begin() + first, std::uint8_t{0});
   std::fill(row.begin() + end, row.end(), std::uint8_t{0});

@@ -38,26 +38,60 @@ constexpr std::uint16_t binomial(std::uint16_t a, std::uint16_t b, std::uint16_t
   return static_cast<std::uint16_t>(a + e + 4 * (b + d) + 6 * c);
 }
 
-/// `count` columns of one row of the halved image. `centre` is the pixel that the first of them stands on.
-void halve_strip(const std::uint8_t* centre, std::ptrdiff_t stride, std::int32_t count, std::uint8_t* out) {
-  // Sums down the columns, at most 16 * 255, for the pixels in even and in odd columns; one more to the left and right.
-  std::array<std::uint16_t, kStrip_px + 2 * kVector> even;
-  std::array<std::uint16_t, kStrip_px + 2 * kVector> odd;
-  const std::uint8_t* first = centre - 2 - 2 * stride;
-  for (std::int32_t i = 0; i < count + 2; ++i) {
-    const std::uint8_t* p = first + 2 * i;
-    const std::uint16_t a = pair_at(p);
-    const std::uint16_t b = pair_at(p + stride);
-    const std::uint16_t c = pair_at(p + 2 * stride);
-    const std::uint16_t d = pair_at(p + 3 * stride);
-    const std::uint16_t e = pair_at(p + 4 * stride);
-    even[i] = binomial(a & 0xFFU, b & 0xFFU, c & 0xFFU, d & 0xFFU, e & 0xFFU);
-    odd[i] = binomial(a >> 8U, b >> 8U, c >> 8U, d >> 8U, e >> 8U);
-  }
+// Sums along five pixels of a row, at most 16 * 255, one for each column of the halved image.
+using SumRow = std::array<std::uint16_t, kStrip_px>;
+
+/// `centre` is the pixel that the first sum stands on.
+void sum_across(const std::uint8_t* centre, std::int32_t count, SumRow& out) {
   for (std::int32_t i = 0; i < count; ++i) {
-    // At most 256 * 255 + 128: it fits in 16 bits.
-    const auto sum = static_cast<std::uint16_t>(binomial(even[i], odd[i], even[i + 1], odd[i + 1], even[i + 2]) + 128U);
-    out[i] = static_cast<std::uint8_t>(sum >> 8U);
+    const std::uint16_t a = pair_at(centre + 2 * i - 2);
+    const std::uint16_t b = pair_at(centre + 2 * i);
+    const std::uint16_t c = pair_at(centre + 2 * i + 2);
+    out[i] = binomial(a & 0xFFU, a >> 8U, b & 0xFFU, b >> 8U, c & 0xFFU);
+  }
+}
+
+/// `count` columns of the halved image from `left` on, from top to bottom. Each row of `from` is summed up once.
+void halve_strip(const ImageView& from, std::int32_t left, std::int32_t count, const MarginedImage& to) {
+  std::array<SumRow, 5> rows;  // a ring
+  const std::uint8_t* centre = from.pixels + 2 * left;
+  const auto at = [&rows](std::int32_t row) -> SumRow& { return rows[static_cast<std::size_t>(row + 5) % 5]; };
+  const auto fill = [&](std::int32_t row) {
+    sum_across(centre + static_cast<std::ptrdiff_t>(row) * from.stride, count, at(row));
+  };
+  for (std::int32_t row = -2; row <= 0; ++row) fill(row);
+  for (std::int32_t row = 0; row < to.height; ++row) {
+    fill(2 * row + 1);
+    fill(2 * row + 2);
+    const SumRow& a = at(2 * row - 2);
+    const SumRow& b = at(2 * row - 1);
+    const SumRow& c = at(2 * row);
+    const SumRow& d = at(2 * row + 1);
+    const SumRow& e = at(2 * row + 2);
+    std::uint8_t* out = row_of(to, row) + left;
+    for (std::int32_t i = 0; i < count; ++i) {
+      // At most 256 * 255 + 128: it fits in 16 bits.
+      const auto sum = static_cast<std::uint16_t>(binomial(a[i], b[i], c[i], d[i], e[i]) + 128U);
+      out[i] = static_cast<std::uint8_t>(sum >> 8U);
+    }
+  }
+}
+
+/// Both margins of one row of an image that is wider than its margin.
+void mirror_row(std::uint8_t* pixels, std::int32_t width) {
+  std::array<std::uint8_t, kImageMargin_px> left;
+  std::array<std::uint8_t, kImageMargin_px> right;
+  std::memcpy(left.data(), pixels + 1, left.size());
+  std::memcpy(right.data(), pixels + width - 1 - kImageMargin_px, right.size());
+  std::reverse_copy(left.begin(), left.end(), pixels - kImageMargin_px);
+  std::reverse_copy(right.begin(), right.end(), pixels + width);
+}
+
+/// The same of an image that may be narrower, which shows its mirror image several times.
+void mirror_narrow_row(std::uint8_t* pixels, std::int32_t width) {
+  for (std::int32_t i = 1; i <= kImageMargin_px; ++i) {
+    pixels[-i] = pixels[mirrored(-i, width)];
+    pixels[width - 1 + i] = pixels[mirrored(width - 1 + i, width)];
   }
 }
 
@@ -72,18 +106,9 @@ void copy_pixels(const ImageView& from, const MarginedImage& to) {
 }
 
 void mirror_margin(const MarginedImage& image) {
-  std::array<std::int32_t, kImageMargin_px> left;
-  std::array<std::int32_t, kImageMargin_px> right;
-  for (std::int32_t i = 0; i < kImageMargin_px; ++i) {
-    left[i] = mirrored(i - kImageMargin_px, image.width);
-    right[i] = mirrored(image.width + i, image.width);
-  }
+  const bool wide = image.width > kImageMargin_px;
   for (std::int32_t row = 0; row < image.height; ++row) {
-    std::uint8_t* pixels = row_of(image, row);
-    for (std::int32_t i = 0; i < kImageMargin_px; ++i) {
-      pixels[i - kImageMargin_px] = pixels[left[i]];
-      pixels[image.width + i] = pixels[right[i]];
-    }
+    (wide ? mirror_row : mirror_narrow_row)(row_of(image, row), image.width);
   }
   const std::size_t bytes = static_cast<std::size_t>(image.width + 2 * kImageMargin_px);
   for (std::int32_t i = 1; i <= kImageMargin_px; ++i) {
@@ -96,12 +121,9 @@ void mirror_margin(const MarginedImage& image) {
 
 void halve(const ImageView& from, const MarginedImage& to) {
   PLUMB_ASSERT(to.width == (from.width + 1) / 2 && to.height == (from.height + 1) / 2);
-  for (std::int32_t row = 0; row < to.height; ++row) {
-    const std::uint8_t* centre = from.pixels + static_cast<std::ptrdiff_t>(2 * row) * from.stride;
-    for (std::int32_t left = 0; left < to.width; left += kStrip_px) {
-      const std::int32_t whole = (to.width - left + kVector - 1) / kVector * kVector;
-      halve_strip(centre + 2 * left, from.stride, std::min(whole, kStrip_px), row_of(to, row) + left);
-    }
+  for (std::int32_t left = 0; left < to.width; left += kStrip_px) {
+    const std::int32_t whole = (to.width - left + kVector - 1) / kVector * kVector;
+    halve_strip(from, left, std::min(whole, kStrip_px), to);
   }
 }
 

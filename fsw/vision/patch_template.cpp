@@ -1,7 +1,9 @@
 #include "fsw/vision/patch_template.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <opencv2/core/hal/intrin.hpp>
 #include <tuple>
 
@@ -22,6 +24,14 @@ void interpolate_across(const std::uint8_t* pixels, float a, std::array<float, C
     const auto left = static_cast<float>(pixels[c]);
     out[c] = left + a * (static_cast<float>(pixels[c + 1]) - left);
   }
+}
+
+/// Two neighbouring pixels: the left one is the low byte.
+std::uint32_t pair_at(const std::uint8_t* pixels) {
+  static_assert(std::endian::native == std::endian::little);
+  std::uint16_t pair = 0;
+  std::memcpy(&pair, pixels, sizeof(pair));
+  return pair;
 }
 
 /// True when every point within reach of (u, v) can be interpolated. Also false when u or v is not a number.
@@ -65,9 +75,10 @@ void sample_square(const ImageView& image, float u_px, float v_px, std::array<fl
 template <class Samples>
 void sample_grid(const ImageView& image, float u_px, float v_px, const Eigen::Matrix2f& warp, Samples& out) {
   using Floats = cv::v_float32x4;
-  using Ints = cv::v_int32x4;
+  using Squares = cv::v_uint32x4;
   constexpr auto kLast = static_cast<float>(PatchTemplate::kHalf_px);
   const Floats stride = cv::v_setall_f32(static_cast<float>(image.stride));
+  const std::uint8_t* next_row = image.pixels + image.stride;
   for (std::int32_t r = 0; r < PatchTemplate::kSide_px; ++r) {
     const auto y = static_cast<float>(r - PatchTemplate::kHalf_px);
     const Floats row_u = cv::v_setall_f32(u_px + warp(0, 1) * y);
@@ -81,21 +92,19 @@ void sample_grid(const ImageView& image, float u_px, float v_px, const Eigen::Ma
       const Floats column = cv::v_cvt_f32(cv::v_trunc(u));
       const Floats row = cv::v_cvt_f32(cv::v_trunc(v));
       std::array<std::int32_t, Floats::nlanes> offset;
-      std::array<std::int32_t, Floats::nlanes> above;  // two neighbours each, the left one in the low byte
-      std::array<std::int32_t, Floats::nlanes> below;
+      std::array<std::uint32_t, Floats::nlanes> square;  // the four neighbours, from the upper left in the low byte on
       cv::v_store(offset.data(), cv::v_trunc(row * stride + column));  // exact: an image has fewer than 2^24 bytes
       for (std::size_t i = 0; i < offset.size(); ++i) {
-        const std::uint8_t* pixels = image.pixels + offset[i];
-        above[i] = pixels[0] | (pixels[1] << 8);
-        below[i] = pixels[image.stride] | (pixels[image.stride + 1] << 8);
+        square[i] = pair_at(image.pixels + offset[i]) | (pair_at(next_row + offset[i]) << 16U);
       }
-      const Ints low = cv::v_setall_s32(0xFF);
-      const auto between = [a = u - column, low](const Ints& pair) {
-        const Floats left = cv::v_cvt_f32(pair & low);
-        return left + a * (cv::v_cvt_f32(cv::v_shr<8>(pair)) - left);
+      const Squares all = cv::v_load(square.data());
+      const Squares low = cv::v_setall_u32(0xFF);
+      const auto between = [a = u - column](const Squares& left_grey, const Squares& right_grey) {
+        const Floats left = cv::v_cvt_f32(cv::v_reinterpret_as_s32(left_grey));
+        return left + a * (cv::v_cvt_f32(cv::v_reinterpret_as_s32(right_grey)) - left);
       };
-      const Floats upper = between(cv::v_load(above.data()));
-      const Floats lower = between(cv::v_load(below.data()));
+      const Floats upper = between(all & low, cv::v_shr<8>(all) & low);
+      const Floats lower = between(cv::v_shr<16>(all) & low, cv::v_shr<24>(all));
       cv::v_store(&out[static_cast<std::size_t>(r * PatchTemplate::kSide_px + c)], upper + (v - row) * (lower - upper));
     }
   }
@@ -108,6 +117,33 @@ float dot(const Samples& a, const Samples& b) {
     for (std::size_t k = 0; k < kParts; ++k) parts[k] += a[i + k] * b[i + k];
   }
   return total(parts);
+}
+
+/// Dot products with one and the same vector: `count` of them in one pass, each summed as dot() does.
+template <class Samples, std::size_t Count>
+std::array<float, Count> dots(const std::array<const Samples*, Count>& vectors, const Samples& b) {
+  using Floats = cv::v_float32x4;
+  static_assert(kParts == 2 * Floats::nlanes);
+  std::array<Floats, Count> low;
+  std::array<Floats, Count> high;
+  low.fill(cv::v_setzero_f32());
+  high.fill(cv::v_setzero_f32());
+  for (std::size_t i = 0; i < b.size(); i += kParts) {
+    const Floats b_low = cv::v_load(&b[i]);
+    const Floats b_high = cv::v_load(&b[i + Floats::nlanes]);
+    for (std::size_t n = 0; n < Count; ++n) {
+      low[n] = low[n] + cv::v_load(&(*vectors[n])[i]) * b_low;
+      high[n] = high[n] + cv::v_load(&(*vectors[n])[i + Floats::nlanes]) * b_high;
+    }
+  }
+  std::array<float, Count> sums;
+  for (std::size_t n = 0; n < Count; ++n) {
+    Parts parts;
+    cv::v_store(parts.data(), low[n]);
+    cv::v_store(&parts[Floats::nlanes], high[n]);
+    sums[n] = total(parts);
+  }
+  return sums;
 }
 
 template <class Samples>
@@ -184,14 +220,14 @@ Status PatchTemplate::align(const ImageView& image, const Mat2& warp, PatchPosit
     sample_grid(image, position.u_px, position.v_px, w, seen);
     std::fill(seen.begin() + kSamples, seen.end(), 0.0F);
     remove_mean(seen);
-    const float seen_energy = dot(seen, seen);
+    const auto [seen_energy, common, slope_u, slope_v, slope_s] =
+        dots<Samples, 5>({&seen, &value_, &gradient_u_, &gradient_v_, &gradient_s_}, seen);
     if (!(seen_energy > kMinEnergy * kSamples)) return Status::kIllConditioned;
-    const float common = dot(seen, value_);
     position.similarity = common / std::sqrt(seen_energy * energy_);
     // The gain that brings the seen patch nearest to the template. A negative one means another thing is seen.
     const float gain = common / seen_energy;
     if (!(gain > 0.0F)) return Status::kIllConditioned;
-    const Eigen::Vector3f slope(dot(gradient_u_, seen), dot(gradient_v_, seen), dot(gradient_s_, seen));
+    const Eigen::Vector3f slope(slope_u, slope_v, slope_s);
     const Eigen::Vector3f step = inverse_tensor_ * (gain * slope - slope_);
     // The image shows at x what the template has at (1 + step_s) x + step_uv: undo that in the warp.
     const float growth = 1.0F + step.z();

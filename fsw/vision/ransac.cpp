@@ -2,12 +2,14 @@
 
 #include <cmath>
 #include <limits>
+#include <opencv2/core/hal/intrin.hpp>
 
 #include <Eigen/Cholesky>
 
 namespace plumb {
 namespace {
 
+using Doubles = cv::v_float64x2;
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 using Mat5 = Eigen::Matrix<double, 5, 5>;
 
@@ -81,15 +83,24 @@ Quat TwoViewRansac::fit_rotation(std::span<const BearingMatch> matches, const Qu
 void TwoViewRansac::derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1) {
   const Mat3 rotation = q_C2C1.toRotationMatrix();
   count_ = matches.size();
+  static_assert(kMaxMatches % Doubles::nlanes == 0);
+  const auto keep = [](Components& all, std::size_t i, const Vec3& v) {
+    for (std::size_t k = 0; k < 3; ++k) all[k][i] = v[static_cast<Eigen::Index>(k)];
+  };
   for (std::size_t i = 0; i < count_; ++i) {
-    derotated_[i] = rotation * matches[i].previous_C1;
-    flow_[i] = matches[i].current_C2 - derotated_[i];
-    normal_[i] = derotated_[i].cross(matches[i].current_C2);
+    const Vec3 derotated = rotation * matches[i].previous_C1;
+    keep(derotated_, i, derotated);
+    keep(flow_, i, matches[i].current_C2 - derotated);
+    keep(normal_, i, derotated.cross(matches[i].current_C2));
+  }
+  for (std::size_t i = count_; i % Doubles::nlanes != 0; ++i) {
+    for (Components* all : {&derotated_, &flow_, &normal_}) keep(*all, i, Vec3::Zero());
   }
 }
 
 double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) const {
-  const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
+  const auto vector = [i](const Components& all) { return Vec3(all[0][i], all[1][i], all[2][i]); };
+  const Residual r = residual(direction, vector(derotated_), vector(normal_), vector(flow_));
   const double backward = smaller(r.along, 0.0);
   return (r.across * r.across + backward * backward) / r.squared_sine;
 }
@@ -97,18 +108,34 @@ double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) con
 // Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
 // round where that is better. Stops counting once neither way can cost less than `bound`.
 double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, double bound) const {
-  const double limit = threshold_rad * threshold_rad;
-  double towards = 0.0;
-  double away = 0.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Residual r = residual(direction, derotated_[i], normal_[i], flow_[i]);
-    const double inverse = 1.0 / r.squared_sine;
-    const double across = r.across * r.across * inverse;
-    const double both = across + r.along * r.along * inverse;
-    towards += smaller(r.along < 0.0 ? both : across, limit);
-    away += smaller(r.along > 0.0 ? both : across, limit);
-    if (towards >= bound && away >= bound) return bound;
+  const Doubles zero = cv::v_setzero_f64();
+  const Doubles one = cv::v_setall_f64(1.0);
+  const Doubles limit = cv::v_setall_f64(threshold_rad * threshold_rad);
+  const Doubles floor = cv::v_setall_f64(kEpipoleFloor);
+  const std::array<Doubles, 3> t = {cv::v_setall_f64(direction.x()), cv::v_setall_f64(direction.y()),
+                                    cv::v_setall_f64(direction.z())};
+  const auto along_t = [&t](const Components& all, std::size_t i) {
+    return t[0] * cv::v_load(&all[0][i]) + t[1] * cv::v_load(&all[1][i]) + t[2] * cv::v_load(&all[2][i]);
+  };
+  Doubles sums = zero;  // towards, away
+  for (std::size_t i = 0; i < count_; i += Doubles::nlanes) {
+    const Doubles cosine = along_t(derotated_, i);
+    const Doubles along = along_t(flow_, i);
+    const Doubles off = along_t(normal_, i);
+    const Doubles inverse = one / cv::v_max(one - cosine * cosine, floor);
+    const Doubles across = off * off * inverse;
+    const Doubles both = across + along * along * inverse;
+    const Doubles towards = cv::v_min(cv::v_select(along < zero, both, across), limit);
+    const Doubles away = cv::v_min(cv::v_select(along > zero, both, across), limit);
+    Doubles first;
+    Doubles second;
+    cv::v_zip(towards, away, first, second);
+    sums = sums + first + second;
+    if (cv::v_check_all(sums >= cv::v_setall_f64(bound))) return bound;
   }
+  std::array<double, Doubles::nlanes> both_ways;
+  cv::v_store(both_ways.data(), sums);
+  const auto [towards, away] = both_ways;
   if (towards <= away) return towards;
   direction = -direction;
   return away;
@@ -120,7 +147,7 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
     const std::uint32_t n = static_cast<std::uint32_t>(count_);
     const std::uint32_t i = generator_.below(n);
     const std::uint32_t j = (i + 1 + generator_.below(n - 1)) % n;
-    const Vec3 direction = normal_[i].cross(normal_[j]);
+    const Vec3 direction = normal(i).cross(normal(j));
     const double norm2 = direction.squaredNorm();
     if (!(norm2 > kTiny)) continue;
     Vec3 unit = direction / std::sqrt(norm2);

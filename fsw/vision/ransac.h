@@ -87,6 +87,7 @@ class TwoViewRansac {
   void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
   void derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1);
   double squared_distance(const Vec3& direction, std::size_t i) const;
+  Vec3 normal(std::size_t i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
   double cost_of(Vec3& direction, double threshold_rad, double bound) const;
   void search(double threshold_rad, Model& best);
   void refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad, Model& model) const;
@@ -96,9 +97,12 @@ class TwoViewRansac {
   RansacOptions options_;
   Pcg32 generator_;
   std::size_t count_ = 0;
-  std::array<Vec3, kMaxMatches> derotated_{};  ///< b1' in C2
-  std::array<Vec3, kMaxMatches> flow_{};       ///< b2 - b1'
-  std::array<Vec3, kMaxMatches> normal_{};     ///< b1' x b2
+  // One array per component, so that several matches are judged at once. An even number is filled: what hangs over
+  // agrees with every direction.
+  using Components = std::array<std::array<double, kMaxMatches>, 3>;
+  Components derotated_{};  ///< b1' in C2
+  Components flow_{};       ///< b2 - b1'
+  Components normal_{};     ///< b1' x b2
 };
 
 }  // namespace plumb

@@ -58,7 +58,7 @@ void fly(replay::Source& source, std::size_t images) {
     bool image_processed = false;
     {
       const RegionScope scope(Region::kStep);
-      image_processed = system->step(tick.input, tick.input.has_camera ? &tick.image : nullptr).image_processed;
+      image_processed = system->step(tick.input, tick.input.has_camera ? &tick.image : nullptr).image.processed;
     }
     if (!image_processed) continue;
     ++done;

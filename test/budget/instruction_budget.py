@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """What an image costs on 64-bit ARM, in instructions, stage by stage.
 
-    test/budget/instruction_budget.py [--build build/arm64-flight] [--config flight] [--images N] [--csv FILE] RECORDING
+    test/budget/instruction_budget.py [--build build/arm64-flight] [--config flight] [--images N] [--csv FILE]
+                                      [--functions MILLIONS] RECORDING
 
 Flies a recording with plumb-instruction-budget in qemu-user under the plugin instruction_trace.c. The counts are exact
 and the same in every run. Images before the filter has started are left out.
@@ -11,7 +12,7 @@ import argparse
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -65,21 +66,41 @@ def plugin(build: Path) -> Path:
     return library
 
 
-def count(build: Path, recording: Path, config: str, images: int | None) -> np.ndarray:
-    """One row per image that the running filter processed, one column per region."""
+def functions_of(lines: Iterable[str], images: int, least: float) -> str:
+    """The functions that cost at least so many millions of instructions an image; those of the start are left out."""
+    rows = []
+    for line in lines:
+        region, cost, symbol = line.split(maxsplit=2)
+        if REGIONS[int(region)] != "start":
+            rows.append((REGIONS[int(region)], int(cost) / images / 1e6, symbol.strip()))
+    rows = sorted((row for row in rows if row[1] >= least), key=lambda row: -row[1])
+    names = subprocess.run(["c++filt", "-p"], input="\n".join(row[2] for row in rows), capture_output=True, text=True)
+    lines = ["| stage | function | mean |", "|---|---|---|"]
+    for (region, cost, _), name in zip(rows, names.stdout.splitlines(), strict=True):
+        lines.append(f"| {region} | `{name.replace('plumb::', '')[:70]}` | {cost:.2f} |")
+    return "\n".join(lines)
+
+
+def count(
+    build: Path, recording: Path, config: str, images: int | None, least: float | None = None
+) -> tuple[np.ndarray, str]:
+    """One row per image that the running filter processed, one column per region; and, if asked, the functions."""
     command = [str(build / "bin/plumb-instruction-budget"), str(recording), config]
     if images is not None:
         command.append(str(images))
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "trace"
-        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", f"{plugin(build)},out={trace}"]
+        by_function = Path(folder) / "functions"
+        options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if least is not None else "")
+        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", options]
         out = subprocess.run(emulator + command, check=True, capture_output=True, text=True).stdout
         with trace.open() as lines:
             costs = [list(image.values()) for image in images_of(lines)]
+        functions = "" if least is None else functions_of(by_function.read_text().splitlines(), len(costs), least)
     valid = [line.split()[1] == "1" for line in out.splitlines()]
     # The image that the filter starts with is judged by other means than those that follow.
     running = [now and before for now, before in zip(valid, [False, *valid[:-1]], strict=True)]
-    return np.array(costs)[np.array(running)]
+    return np.array(costs)[np.array(running)], functions
 
 
 def table(costs: np.ndarray) -> str:
@@ -104,11 +125,16 @@ def main() -> int:
     parser.add_argument("--config", default="flight")
     parser.add_argument("--images", type=int, help="stop after so many")
     parser.add_argument("--csv", type=Path, help="also write the counts of every image")
+    parser.add_argument("--functions", type=float, metavar="MILLIONS", help="also those that cost that much an image")
     arguments = parser.parse_args()
-    costs = count(arguments.build, arguments.recording, arguments.config, arguments.images)
+    costs, functions = count(
+        arguments.build, arguments.recording, arguments.config, arguments.images, arguments.functions
+    )
     if arguments.csv is not None:
         np.savetxt(arguments.csv, costs, fmt="%d", delimiter=",", header=",".join(REGIONS.values()))
     print(table(costs))
+    if functions:
+        print(f"\n{functions}")
     return 0
 
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <limits>
+#include <vector>
 
 #include "test/support/dense.h"
 
@@ -55,13 +56,30 @@ TEST(Kernels, ProductsAreSummedInOrderWhateverTheirShape) {
     const Dense before = test::any_matrix(g, rows, cols);
     store(before, out);
     const double scale = g.integer(0, 1) == 0 ? 1.0 : -1.0;
-    add_product(scale, a, x, out);
+    scale > 0.0 ? add_product(a, x, out) : subtract_product(a, x, out);
     for (std::size_t r = 0; r < rows; ++r) {
       for (std::size_t c = 0; c < cols; ++c) {
         double sum = before(index(r), index(c));
         for (std::size_t k = 0; k < inner; ++k) sum += scale * a(r, k) * x(k, c);
         ASSERT_EQ(out(r, c), sum) << r << ", " << c;
       }
+    }
+  });
+}
+
+TEST(Kernels, RowsGiveTheSameDotProductsTogetherAsAlone) {
+  test::for_all(300, [](test::Generator& g) {
+    const std::size_t rows = any_size(g, 0, 20);
+    const std::size_t n = any_size(g, 0, kMaxSize);
+    static Storage storage;
+    const MatrixView a = window(storage, rows, n);
+    store(test::any_matrix(g, rows, n), a);
+    const Dense b = test::any_matrix(g, n, 1);
+    std::vector<double> together(rows);
+    dot_rows(a, b.data(), together.data());
+    for (std::size_t r = 0; r < rows; ++r) {
+      ASSERT_EQ(together[r], dot(a.row(r), b.data(), n)) << r;
+      EXPECT_NEAR(together[r], dense(a).row(index(r)).dot(b.col(0)), 1e-11);
     }
   });
 }
