@@ -40,13 +40,18 @@ def state(t_ns: int, covariance: FloatArray, **values: Any) -> Event:
     return "NAV_STATE", message.encode()
 
 
-def output(t_ns: int, p: FloatArray | None = None, v: FloatArray | None = None, q: Rotation | None = None) -> Event:
-    """NAV_OUTPUT."""
+def output(
+    t_ns: int, p: FloatArray | None = None, v: FloatArray | None = None, q: Rotation | None = None, **values: Any
+) -> Event:
+    """NAV_OUTPUT that may be acted on, where `values` do not say otherwise."""
     message = types().nav_output_t()
     message.time_ns = t_ns
     message.p_WI_m = np.zeros(3).tolist() if p is None else p.tolist()
     message.v_WI_m_s = np.zeros(3).tolist() if v is None else v.tolist()
     message.q_WI = (Rotation.identity() if q is None else q).as_quat(scalar_first=True).tolist()
+    message.valid, message.mode = True, 1
+    for name, value in values.items():
+        setattr(message, name, value)
     return "NAV_OUTPUT", message.encode()
 
 

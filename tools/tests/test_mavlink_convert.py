@@ -148,9 +148,9 @@ def test_north_is_said_only_where_it_is_known_and_wanted() -> None:
     ],
 )
 def test_quality_and_silence(values: dict[str, Any], expected: int | None) -> None:
-    event = state(START_NS, np.eye(15), **values)
-    assert quality(types().nav_state_t.decode(event[1])) == expected
-    sent = _converted(Converter(Options()), event, output(START_NS))
+    told = output(START_NS, **values)
+    assert quality(types().nav_output_t.decode(told[1])) == expected
+    sent = _converted(Converter(Options()), state(START_NS, np.eye(15)), told)
     assert [odometry.quality for odometry in sent] == ([] if expected is None else [expected])
 
 

@@ -34,13 +34,13 @@ _MAX_CM = 0xFFFF
 _UNKNOWN_VARIANCE_CM2 = 255
 
 
-def quality(state: Any) -> int | None:
-    """MAVLink's quality, 1 to 100, of what a NAV_STATE rests on; none where nothing is to be sent.
+def quality(told: Any) -> int | None:
+    """MAVLink's quality, 1 to 100, of what a NAV_STATE or NAV_OUTPUT rests on; none where nothing is to be sent.
 
     Without a state there are no numbers to send, and the quality -1 that stands for it is newer than some autopilots:
     all understand silence.
     """
-    return QUALITY.get(state.mode) if state.valid else None
+    return QUALITY.get(told.mode) if told.valid else None
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Converter:
         self._newest_ns = t_ns
         if not np.all(np.isfinite([*output.p_WI_m, *output.v_WI_m_s, *output.q_WI])) or not any(output.q_WI):
             return "not finite"
-        if not self.has_state:
+        if not self.has_state or quality(output) is None:
             return "no state"
         if abs(t_ns - self._state.time_ns) > MAX_STATE_AGE_NS:
             return "state too old"
@@ -169,7 +169,7 @@ class Converter:
             frames.velocity_covariance(local, r_LB.T, v_L_m_s).tolist(),
             self._resets % 256,
             mavlink.MAV_ESTIMATOR_TYPE_VIO,
-            quality(state),
+            quality(output),
         )
 
     def _distance(self, t_ns: int, range_m: float, sample_quality: int) -> Any:

@@ -54,6 +54,7 @@ class Mode(IntEnum):
     RANGE_VIO = 1
     VIO = 2
     INERTIAL = 3
+    FAILED = 4
 
 
 class RangeOutcome(IntEnum):

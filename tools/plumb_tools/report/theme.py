@@ -18,12 +18,14 @@ MODE_COLOURS = {
     Mode.RANGE_VIO: RANGE_VIO,
     Mode.VIO: VIO,
     Mode.INERTIAL: ALERT,
+    Mode.FAILED: ALERT,
 }
 MODE_NAMES = {
     Mode.INITIALISING: "initialising",
     Mode.RANGE_VIO: "range-VIO",
     Mode.VIO: "VIO",
     Mode.INERTIAL: "inertial only",
+    Mode.FAILED: "failed",
 }
 
 OUTCOME_COLOURS = {
