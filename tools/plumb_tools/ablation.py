@@ -64,7 +64,8 @@ VARIANTS = (
     Variant("standstill not seen", ("start.still_image=0.01",)),
     Variant("every pose stays", ("vision.pose_interval=0",)),
     Variant("visual gate at 95 %", ("vision.gate_probability=0.95",)),
-    Variant("pixel noise followed", ("vision.pixel_noise_images=100",)),
+    Variant("pixel noise of 1 px, twice what it is", ("vision.pixel_noise=1",)),
+    Variant("the same, followed in flight", ("vision.pixel_noise=1", "vision.pixel_noise_images=100")),
 )
 
 
@@ -76,6 +77,7 @@ class Cell:
     scale_percent: float | None
     nees_position: float | None
     diverged: int
+    absent: int = 0  #: flights that never had a state
 
     def text(self) -> str:
         """As the table shows it."""
@@ -84,20 +86,23 @@ class Cell:
         scale = "-" if self.scale_percent is None else f"{self.scale_percent:.3f}"
         nees = "-" if self.nees_position is None else f"{self.nees_position:.1f}"
         lost = f", {self.diverged} diverged" if self.diverged else ""
-        return f"{self.axis_percent:.2f}, {scale} ({nees}){lost}"
+        absent = f", {self.absent} never started" if self.absent else ""
+        return f"{self.axis_percent:.2f}, {scale} ({nees}){lost}{absent}"
 
 
 def read_cell(file: Path) -> Cell:
     """The figures of the flights in a table of plumb-montecarlo."""
     with file.open(encoding="utf-8", newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["started"] == "1"]
+        flights = list(csv.DictReader(stream))
+    rows = [row for row in flights if row["started"] == "1"]
 
     def mean(column: str) -> float | None:
         sizes = [abs(value) for row in rows if (value := float(row[column])) == value]
         return statistics.mean(sizes) if sizes else None
 
     diverged = sum(row["diverged"] == "1" for row in rows)
-    return Cell(mean("worst_axis_percent"), mean("sim3_scale_percent"), mean("nees_position_100"), diverged)
+    absent = len(flights) - len(rows)
+    return Cell(mean("worst_axis_percent"), mean("sim3_scale_percent"), mean("nees_position_100"), diverged, absent)
 
 
 def fly(steps: Steps, scene: str, variant: Variant, seeds: int, work: Path) -> Cell:

@@ -22,9 +22,9 @@ def test_a_cell_is_the_mean_of_the_sizes(tmp_path: Path) -> None:
     assert cell.text() == "0.30, 0.200 (4.0), 1 diverged"
 
 
-def test_flights_that_never_started_do_not_count(tmp_path: Path) -> None:
-    started = "hover,range-vio,1,1,0,0.2,0.1,3\n"
-    assert _cell(tmp_path, started + "hover,range-vio,2,0,0,nan,nan,nan\n") == _cell(tmp_path, started)
+def test_flights_that_never_started_are_told_and_do_not_count(tmp_path: Path) -> None:
+    rows = "hover,range-vio,1,1,0,0.2,0.1,3\nhover,range-vio,2,0,0,nan,nan,nan\n"
+    assert _cell(tmp_path, rows).text() == "0.20, 0.100 (3.0), 1 never started"
     assert _cell(tmp_path, "hover,range-vio,2,0,0,nan,nan,nan\n").text() == "-"
 
 
