@@ -42,6 +42,7 @@ FrameReport report_of(const nav_state_t& message) {
   report.slam_used = count(message.slam_used);
   report.slam_rejected = count(message.slam_rejected);
   report.slam_added = count(message.slam_added);
+  report.slam_nis = message.slam_nis;
   report.msckf_used = count(message.msckf_used);
   report.msckf_rejected = count(message.msckf_rejected);
   report.ranged_used = count(message.ranged_used);

@@ -35,6 +35,7 @@ void fill_report(const FrameReport& report, nav_state_t& message) {
   message.slam_used = as_signed(report.slam_used);
   message.slam_rejected = as_signed(report.slam_rejected);
   message.slam_added = as_signed(report.slam_added);
+  message.slam_nis = report.slam_nis;
   message.msckf_used = as_signed(report.msckf_used);
   message.msckf_rejected = as_signed(report.msckf_rejected);
   message.ranged_used = as_signed(report.ranged_used);

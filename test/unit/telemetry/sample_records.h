@@ -28,6 +28,7 @@ inline NavStateRecord sample_nav_state() {
   record.report.slam_used = 3;
   record.report.slam_rejected = 4;
   record.report.slam_added = 5;
+  record.report.slam_nis = 13.5;
   record.report.msckf_used = 6;
   record.report.msckf_rejected = 7;
   record.report.ranged_used = 12;
