@@ -17,12 +17,7 @@ from plumb_tools import files
 from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT
-from plumb_tools.demo.process import StepFailed, Steps
-from plumb_tools.trajectory import InputError
-
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
+from plumb_tools.demo.process import Steps, exit_code
 
 PROGRAM = ROOT / "build" / "flight" / "bin" / "plumb-montecarlo"
 DEFAULT_SCENES = "outdoor_cruise_stepped,hover,descent,excitation"
@@ -154,18 +149,7 @@ def _ablation(arguments: argparse.Namespace, console: Console) -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Flies as the arguments tell; returns the exit code."""
     arguments = _parser().parse_args(argv)
-    try:
-        _ablation(arguments, Console())
-    except StepFailed as error:
-        print(f"ablation: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    except (InputError, OSError) as error:
-        print(f"ablation: {files.told(error)}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("ablation: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return 0
+    return exit_code("ablation", lambda: _ablation(arguments, Console()), "what it had flown is lost")
 
 
 if __name__ == "__main__":

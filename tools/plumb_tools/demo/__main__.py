@@ -16,15 +16,11 @@ from plumb_tools import files
 from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
-from plumb_tools.demo.process import StepFailed, Steps
+from plumb_tools.demo.process import Steps, exit_code
 from plumb_tools.demo.results import Outcome, footnotes, terminal_table
 from plumb_tools.report.__main__ import DEFAULT_IMAGES, write_report
 from plumb_tools.sim import scene_file
 from plumb_tools.trajectory import InputError
-
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 DEMO_SCENE = "demo"
 DEFAULT_OUT = Path("build/demo")
@@ -131,18 +127,8 @@ def main(argv: list[str] | None = None) -> int:
     """Runs the demo as the arguments tell; returns the exit code."""
     arguments = _parser().parse_args(argv)
     console = Console()
-    try:
-        _demo(arguments, console if console.is_terminal else Console(width=TABLE_WIDTH))
-    except StepFailed as error:
-        print(f"demo: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    except (InputError, OSError) as error:
-        print(f"demo: {files.told(error)}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("demo: interrupted; run it again to go on", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return 0
+    sized = console if console.is_terminal else Console(width=TABLE_WIDTH)
+    return exit_code("demo", lambda: _demo(arguments, sized), "run it again to go on")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -14,7 +15,8 @@ from time import monotonic
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from plumb_tools import heartbeat
+from plumb_tools import files, heartbeat
+from plumb_tools.trajectory import InputError
 
 #: What tools write of their progress: "[12/47]", " 30 %", "image 60 of 600".
 _PARTS = re.compile(r"\b(\d+) ?(?:/|of) ?(\d+)\b")
@@ -23,8 +25,29 @@ _PERCENT = re.compile(r"\b(\d{1,3})(?:\.\d+)? ?%")
 TAIL_LINES = 15
 
 
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+
 class StepFailed(Exception):
     """A tool ended with an error; the message has its last words."""
+
+
+def exit_code(name: str, work: Callable[[], None], interrupted: str) -> int:
+    """Does the work of the command `name` and tells what ended it; `interrupted` says how to go on."""
+    try:
+        work()
+    except StepFailed as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except (InputError, OSError) as error:
+        print(f"{name}: {files.told(error)}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted; {interrupted}", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return 0
 
 
 def progress_of(line: str) -> float | None:

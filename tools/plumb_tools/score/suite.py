@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,15 +14,11 @@ from plumb_tools import files
 from plumb_tools.arguments import whole_number
 from plumb_tools.demo import pipeline
 from plumb_tools.demo.pipeline import ROOT, Folders, Scene
-from plumb_tools.demo.process import StepFailed, Steps
+from plumb_tools.demo.process import Steps, exit_code
 from plumb_tools.demo.results import Outcome, footnotes, terminal_table
 from plumb_tools.score.results_page import SceneResults, markdown
 from plumb_tools.sim import kept, scene_file
 from plumb_tools.trajectory import InputError
-
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 DEFAULT_SEEDS = 5
 MOST_SEEDS = 1000
@@ -159,15 +154,5 @@ def main(argv: list[str]) -> int:
     """Runs the suite as the arguments tell; returns the exit code."""
     arguments = _parser().parse_args(argv)
     console = Console()
-    try:
-        _suite(arguments, console if console.is_terminal else Console(width=TABLE_WIDTH))
-    except StepFailed as error:
-        print(f"score: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    except (InputError, OSError) as error:
-        print(f"score: {files.told(error)}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("score: interrupted; the same command goes on where it was", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return 0
+    sized = console if console.is_terminal else Console(width=TABLE_WIDTH)
+    return exit_code("score", lambda: _suite(arguments, sized), "the same command goes on where it was")
