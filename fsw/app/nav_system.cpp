@@ -34,15 +34,9 @@ NavSystemCounters NavSystem<Config>::counters() const {
 
 template <class Config>
 HealthRecord NavSystem<Config>::health() const {
-  return {.t = t_last_tick_,
-          .estimator = estimator().counters(),
-          .system = counters(),
-          .predictor = predictor().counters(),
-          .tracking = predictor().tracking(),
-          .calibration = estimator().calibration(),
-          .pixel_noise_px = estimator().pixel_noise_px(),
-          .status = output_.status(),
-          .sensors = output_.sensors()};
+  HealthRecord health = output_.health(t_last_tick_, job_.result());
+  health.system = counters();
+  return health;
 }
 
 template class NavSystem<PaperConfig>;

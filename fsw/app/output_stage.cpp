@@ -42,6 +42,18 @@ void OutputStage::correct(const NavResult& result) {
   if (ok(predictor_.correct(result.state))) reliable_for_s_ = result.reliable_for_s;
 }
 
+HealthRecord OutputStage::health(Time t, const NavResult& result) const {
+  return {.t = t,
+          .estimator = result.estimator,
+          .system = result.system,
+          .predictor = predictor_.counters(),
+          .tracking = predictor_.tracking(),
+          .calibration = result.calibration,
+          .pixel_noise_px = result.pixel_noise_px,
+          .status = status_,
+          .sensors = monitor_.sensors()};
+}
+
 NavStatus OutputStage::status_at(Time t) const {
   const NavMode mode = monitor_.mode();
   const bool valid = predictor_.state().valid && mode != NavMode::kFailed;

@@ -32,8 +32,8 @@ class OutputStage {
   const Predicted& predicted() const { return predicted_; }
   const FlightMonitor::Events& events() const { return monitor_.events(); }
   const OutputPredictor& predictor() const { return predictor_; }
-  const NavStatus& status() const { return status_; }
-  SensorsHealth sensors() const { return monitor_.sensors(); }
+  /// The output's part and that of the newest result, for the record of health at t.
+  HealthRecord health(Time t, const NavResult& result) const;
 
  private:
   NavStatus status_at(Time t) const;

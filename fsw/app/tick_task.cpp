@@ -45,24 +45,16 @@ void TickTask::publish() {
   tell_of_gate();
   answer_commands();
   for (const Event& event : output_.events()) tell(event);
-  for (const PredictedState& state : output_.predicted()) {
-    publisher_.publish(channel::kNavOutput, state);
-    log_.write(channel::kNavOutput, state.t, state);
-  }
+  for (const PredictedState& state : output_.predicted()) send(channel::kNavOutput, state);
 }
 
 void TickTask::answer_commands() {
   for (const Command& command : gate_.frame().commands) {
-    const CommandAck ack{.t = gate_.frame().t, .command = command};
-    publisher_.publish(channel::kCommandAck, ack);
-    log_.write(channel::kCommandAck, ack.t, ack);
+    send(channel::kCommandAck, CommandAck{.t = gate_.frame().t, .command = command});
   }
 }
 
-void TickTask::tell(const Event& event) {
-  publisher_.publish(channel::kEvents, event);
-  log_.write(channel::kEvents, event.t, event);
-}
+void TickTask::tell(const Event& event) { send(channel::kEvents, event); }
 
 void TickTask::tell(const ScheduleFact& fact) {
   const Job& job = kFlightSchedule[fact.job];
@@ -95,20 +87,10 @@ void TickTask::tell_of_gate() {
 }
 
 void TickTask::publish_health() {
-  const NavResult& result = gate_.answer().result;
   const Time t = gate_.frame().t;
-  HealthRecord health{.t = t,
-                      .estimator = result.estimator,
-                      .system = result.system,
-                      .predictor = output_.predictor().counters(),
-                      .tracking = output_.predictor().tracking(),
-                      .calibration = result.calibration,
-                      .pixel_noise_px = result.pixel_noise_px,
-                      .status = output_.status(),
-                      .sensors = output_.sensors()};
+  HealthRecord health = output_.health(t, gate_.answer().result);
   health.system.ticks = tick_;
-  publisher_.publish(channel::kNavHealth, health);
-  log_.write(channel::kNavHealth, t, health);
+  send(channel::kNavHealth, health);
   ScheduleRecord schedule;
   schedule.t = t;
   for (std::size_t job = 0; job < kFlightSchedule.size(); ++job) {
@@ -116,8 +98,7 @@ void TickTask::publish_health() {
         {.name = kFlightSchedule[job].name, .budget = kFlightSchedule[job].budget, .account = dispatcher_.of(job)});
     PLUMB_ASSERT(ok(added));
   }
-  publisher_.publish(channel::kSchedule, schedule);
-  log_.write(channel::kSchedule, t, schedule);
+  send(channel::kSchedule, schedule);
 }
 
 }  // namespace plumb

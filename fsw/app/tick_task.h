@@ -63,6 +63,12 @@ class TickTask {
   void publish();
   void answer_commands();
   void publish_health();
+  /// Over telemetry and into the log.
+  template <class Record>
+  void send(const char* channel, const Record& record) {
+    publisher_.publish(channel, record);
+    log_.write(channel, record.t, record);
+  }
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);
   void tell_of_gate();

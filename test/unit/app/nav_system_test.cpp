@@ -58,6 +58,13 @@ class NavSystemTest : public ::testing::Test {
     image_ = {.pixels = pixels_.data(), .width = 64, .height = 48, .stride = kStride};
   }
 
+  void start_with_a_state() {
+    NavState truth;
+    truth.t = Time::from_ns(0);
+    truth.valid = true;
+    system_->start_from(truth);
+  }
+
   // A tick with the IMU at rest up to t_imu_ns (5 ms apart, from where the last tick stopped).
   InputFrame tick(std::int64_t number, std::int64_t t_imu_ns) {
     InputFrame frame;
@@ -212,10 +219,7 @@ TEST_F(NavSystemTest, KeepsBadSamplesFromThePredictor) {
 }
 
 TEST_F(NavSystemTest, PredictsOneStatePerImuSampleOnceThereIsAState) {
-  NavState truth;
-  truth.t = Time::from_ns(0);
-  truth.valid = true;
-  system_->start_from(truth);
+  start_with_a_state();
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
   EXPECT_FALSE(system_->step(input, &image_).predicted[0].status.valid);
@@ -228,10 +232,7 @@ TEST_F(NavSystemTest, PredictsOneStatePerImuSampleOnceThereIsAState) {
 
 // The tick in which a result is handed over decides what the output is from there on, and nothing of the estimate.
 TEST_F(NavSystemTest, HandsAResultOverInTheTickThatTheFrameSays) {
-  NavState truth;
-  truth.t = Time::from_ns(0);
-  truth.valid = true;
-  system_->start_from(truth);
+  start_with_a_state();
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
   input.handover = Handover::kHeld;
@@ -259,10 +260,7 @@ TEST_F(NavSystemTest, AFrameThatTheNavJobNeverGotStillCarriesTheOutputOn) {
 }
 
 TEST_F(NavSystemTest, SaysWhetherTheOutputMayBeActedOnAndForHowLong) {
-  NavState truth;
-  truth.t = Time::from_ns(0);
-  truth.valid = true;
-  system_->start_from(truth);
+  start_with_a_state();
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
   system_->step(input, &image_);
@@ -286,10 +284,7 @@ TEST_F(NavSystemTest, SaysWhetherTheOutputMayBeActedOnAndForHowLong) {
 }
 
 TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
-  NavState truth;
-  truth.t = Time::from_ns(0);
-  truth.valid = true;
-  system_->start_from(truth);
+  start_with_a_state();
   InputFrame input = tick(5, 20'000'000);
   add_camera(input, 20'000'000, 1);
   system_->step(input, &image_);
