@@ -91,14 +91,15 @@ Status build_track_rows(const Views& views, const TriangulationLimits& limits, d
       double* row = all.row(2 * i + r);
       std::fill_n(row, all.cols(), 0.0);
       out.support[2 * i + r].clear();
-      if (i == anchor) continue;  // its own view has no pose columns: observer and anchor cancel
-      out.add_support(2 * i + r, views[i].pose_slot);
-      out.add_support(2 * i + r, out.anchor_slot);
     }
     all.template fixed<2, 3>(2 * i, 0) = prediction.by_feature / sigma;
-    if (i != anchor) {
+    if (i != anchor) {  // the anchor's own view has no pose columns: observer and anchor cancel
       all.template fixed<2, 6>(2 * i, out.pose(views[i].pose_slot)) = prediction.by_pose / sigma;
       all.template fixed<2, 6>(2 * i, out.pose(out.anchor_slot)) = -prediction.by_pose / sigma;
+      for (std::size_t r = 0; r < 2; ++r) {
+        out.add_support(2 * i + r, views[i].pose_slot);
+        out.add_support(2 * i + r, out.anchor_slot);
+      }
     }
     const Vec2 residual = (views[i].z - prediction.z) / sigma;
     all(2 * i, all.cols() - 1) = residual.x();

@@ -103,6 +103,13 @@ TEST(Accuracy, TrueCovarianceGivesNeesOfItsDegreesOfFreedom) {
   });
 }
 
+void compare_range(FrameReport& report, RangeOutcome outcome, double measured_m) {
+  report.range_outcome = outcome;
+  report.range_measured_m = measured_m;
+  report.range_predicted_m = 7.0;
+  report.range_sigma_m = 0.1;
+}
+
 TEST(Accuracy, InnovationsCountWhetherUsedOrRefused) {
   FlightLog log = flight_with([](int) { return NavError{}; });
   EXPECT_TRUE(std::isnan(evaluate(log).feature_nis));
@@ -110,17 +117,11 @@ TEST(Accuracy, InnovationsCountWhetherUsedOrRefused) {
   FrameReport& first = log.points[10].report;
   first.slam_used = 3;
   first.slam_nis = 5.0;
-  first.range_outcome = RangeOutcome::kUsed;
-  first.range_measured_m = 7.2;
-  first.range_predicted_m = 7.0;
-  first.range_sigma_m = 0.1;
+  compare_range(first, RangeOutcome::kUsed, 7.2);
   FrameReport& second = log.points[20].report;
   second.slam_rejected = 1;
   second.slam_nis = 11.0;
-  second.range_outcome = RangeOutcome::kGated;
-  second.range_measured_m = 6.6;
-  second.range_predicted_m = 7.0;
-  second.range_sigma_m = 0.1;
+  compare_range(second, RangeOutcome::kGated, 6.6);
   log.points[30].report.range_outcome = RangeOutcome::kNoFacet;  // was not compared
   EXPECT_DOUBLE_EQ(evaluate(log).feature_nis, 4.0);
   EXPECT_NEAR(evaluate(log).range_nis, 10.0, 1e-9);
