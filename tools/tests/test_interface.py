@@ -73,21 +73,17 @@ def test_a_line_that_is_no_type_is_named(tmp_path: Path) -> None:
 def test_what_has_changed_is_shown_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Also that modes come in with the chapter that tells of them."""
-    executive = tmp_path / "executive.md"
-    modes = "## Modes\n\nText.\n\n| mode | what |\n|---|---|\n| 7 | hover |\n"
-    executive.write_text(f"## Log\n\n| no |\n\n{modes}\n## After\n\n| no |\n")
-    monkeypatch.setattr(document, "EXECUTIVE", executive)
+    """The table of modes stands for all of it."""
     monkeypatch.setattr(document, "DOCUMENT", tmp_path / "interface.md")
     assert main(["--check"]) == 2 and "no such file" in capsys.readouterr().err
     assert main([]) == 0 and main(["--check"]) == 0
     text = document.DOCUMENT.read_text()
-    assert "| 7 | hover |" in text and "| no |" not in text
-    document.DOCUMENT.write_text(text.replace("| 7 |", "| 8 |"))
+    assert text.count("\n| inertial | a state and image old |") == 1
+    document.DOCUMENT.write_text(text.replace("\n| inertial |", "\n| hover |"))
     capsys.readouterr()
     assert main(["--check"]) == 1
     told = capsys.readouterr()
-    assert "-| 8 | hover |" in told.out and "+| 7 | hover |" in told.out and "run tools/interface" in told.err
+    assert "-| hover | a state" in told.out and "+| inertial | a state" in told.out and "run tools/interface" in told.err
 
 
 def test_programs_that_are_not_built_are_named(

@@ -16,7 +16,6 @@ ROOT = Path(__file__).resolve().parents[3]
 DOCUMENT = ROOT / "docs/interface.md"
 TELEMETRY = ROOT / "fsw/telemetry"
 EVENTS = ROOT / "fsw/events/event.h"
-EXECUTIVE = ROOT / "docs/executive.md"
 PROGRAMS = ROOT / "build/flight/bin"
 
 _HEAD = """\
@@ -125,12 +124,8 @@ def _schedule() -> Iterator[str]:
 
 
 def _modes() -> Iterator[str]:
-    """The tables of the chapter on modes, where docs/executive.md has one."""
-    chapter = re.search(r"^## Modes\n(.*?)(?=^## |\Z)", read_text(EXECUTIVE), re.DOTALL | re.MULTILINE)
-    tables = re.findall(r"(?:^\|.*\n)+", chapter[1] if chapter else "", re.MULTILINE)
-    if tables:
-        yield "## Modes\n\nFrom [executive](executive.md#modes), which tells more.\n"
-        yield from tables
+    yield "## Modes\n\n[Executive](executive.md#modes-and-health) tells how the tables are read.\n"
+    yield _output_of("plumb-fsw", "--modes")
 
 
 def _parameters() -> Iterator[str]:
