@@ -6,6 +6,9 @@ import argparse
 import math
 from collections.abc import Callable
 
+#: Where plumb-fsw and plumb-replay publish as their documents have it.
+LCM_URL = "udpm://239.255.76.67:7667?ttl=0"
+
 
 def _finite(text: str, expected: str) -> float:
     try:

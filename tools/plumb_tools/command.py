@@ -14,9 +14,8 @@ from typing import Any
 
 import lcm
 
+from plumb_tools.arguments import LCM_URL
 from plumb_tools.sim.devices.messages import types
-
-DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 
 class CommandId(IntEnum):
@@ -74,7 +73,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="command", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     names = [command_id.name.lower() for command_id in CommandId]
     parser.add_argument("command", choices=names, help="ping: nothing but an answer; reset: start the filter anew")
-    parser.add_argument("--lcm", metavar="URL", default=DEFAULT_URL, help="default: %(default)s")
+    parser.add_argument("--lcm", metavar="URL", default=LCM_URL, help="default: %(default)s")
     parser.add_argument("--source", type=int, default=1, help="who sends it, any number; default: %(default)s")
     parser.add_argument("--timeout", type=float, default=3.0, metavar="S", help="default: %(default)s s")
     options = parser.parse_args(arguments)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from plumb_tools.sim import prepare, scene_file
+from plumb_tools.sim import kept, prepare, scene_file, simulate
 from plumb_tools.sim.simulate import Plan
 
 #: A flat yard with a house and a box, flown over with a small camera.
@@ -60,3 +60,16 @@ def plan(folder: Path, changes: dict[str, Any] | None = None, seed: int = 0) -> 
     """The small scene, changed, ready to be flown."""
     path = write(folder, changed(changes or {}))
     return prepare.plan(scene_file.read(path), path, seed, None, None, lambda *_: None)
+
+
+def fly_yard(folder: Path, duration_s: float) -> Path:
+    """A flight over a longer yard, simulated into a folder of its own."""
+    changes = {
+        "trajectory.segments": [{"do": "hold", "duration_s": duration_s}],
+        "scene.ground.extent_m": [-12, -12, 24, 12],
+        "sensors.camera.rate_hz": 20,
+    }
+    flown = plan(folder, changes, seed=1)
+    flight = folder / "flight"
+    simulate.fly(flown, flight, kept.origin(flown.scene, 1, None, None, with_log=False), report=lambda *_: None)
+    return flight

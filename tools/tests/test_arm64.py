@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import sim_scenes
-from plumb_tools.sim import kept, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 HOST = ROOT / "build/exact/bin"
@@ -55,15 +54,7 @@ def test_a_real_flight_gives_the_same_bits(euroc_mh01: Path, tmp_path: Path) -> 
 
 def test_a_simulated_flight_gives_the_same_bits(tmp_path: Path) -> None:
     """Rendered here: a climb over a yard, with ranges."""
-    changes = {
-        "trajectory.segments": [{"do": "hold", "duration_s": 4.0}],
-        "scene.ground.extent_m": [-12, -12, 24, 12],
-        "sensors.camera.rate_hz": 20,
-    }
-    plan = sim_scenes.plan(tmp_path, changes, seed=1)
-    flight = tmp_path / "flight"
-    simulate.fly(plan, flight, kept.origin(plan.scene, 1, None, None, with_log=False), report=lambda *_: None)
-    _expect_same_bits(flight, tmp_path)
+    _expect_same_bits(sim_scenes.fly_yard(tmp_path, 4.0), tmp_path)
 
 
 def _kernel_hashes(*command: str) -> dict[str, str]:

@@ -25,7 +25,6 @@ from scipy.spatial.transform import Rotation
 import sim_scenes
 from mavlink_flight import PATIENCE_S, PERIOD_NS, START_NS, Autopilot, Event, output, state, write_log
 from plumb_tools.mavlink.__main__ import main
-from plumb_tools.sim import kept, simulate
 from plumb_tools.sim.devices.messages import types
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -160,14 +159,7 @@ def test_bad_arguments_are_named(words: list[str], expected: str, capsys: pytest
 
 def _recorded(folder: Path) -> Path:
     """A simulated flight of a few seconds, flown and recorded."""
-    changes = {
-        "trajectory.segments": [{"do": "hold", "duration_s": 3.0}],
-        "scene.ground.extent_m": [-12, -12, 24, 12],
-        "sensors.camera.rate_hz": 20,
-    }
-    plan = sim_scenes.plan(folder, changes, seed=1)
-    flight = folder / "flight"
-    simulate.fly(plan, flight, kept.origin(plan.scene, 1, None, None, with_log=False), report=lambda *_: None)
+    flight = sim_scenes.fly_yard(folder, 3.0)
     log = folder / "flight.lcm"
     subprocess.run([REPLAY, "--asl", flight, "--record", log], check=True, capture_output=True)
     shutil.rmtree(flight)

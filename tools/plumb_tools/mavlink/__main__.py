@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from plumb_tools.arguments import number, positive_number, whole_number
+from plumb_tools.arguments import LCM_URL, number, positive_number, whole_number
 from plumb_tools.mavlink import frames
 from plumb_tools.mavlink.convert import Converter, Options
 from plumb_tools.mavlink.link import Link, LinkLost
@@ -62,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--lcm",
         metavar="URL",
-        default="udpm://239.255.76.67:7667?ttl=0",
+        default=LCM_URL,
         help="where plumb-fsw or plumb-replay publishes (default: %(default)s)",
     )
     add("--log", metavar="FILE", type=Path, help="play an LCM event log instead")
