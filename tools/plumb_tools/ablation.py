@@ -27,7 +27,8 @@ DEFAULT_WORK = Path("build/ablation")
 
 DESCRIPTION = """\
 Flies simulated scenes (plumb-montecarlo --help names them) as shipped and with one feature of the estimator off, or
-on that is off as shipped, with the same seeds, and writes one table of errors and consistency."""
+on that is off as shipped, with the same seeds, and writes one table of errors and consistency. As shipped
+it takes half an hour of one processor."""
 
 INTRODUCTION = """\
 # What each feature brings
