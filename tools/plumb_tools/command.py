@@ -15,7 +15,7 @@ from typing import Any
 import lcm
 
 from plumb_tools.arguments import LCM_URL
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 
 class CommandId(IntEnum):

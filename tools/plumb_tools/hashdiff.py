@@ -15,7 +15,7 @@ from typing import Any
 
 import lcm
 
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 #: Channel, type, and the field that says which frame it is; none: their order does.
 _COMPARED = (

@@ -12,7 +12,7 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 from scipy.spatial.transform import Rotation
 
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 from plumb_tools.trajectory import FloatArray
 
 START_NS = 5_000_000_123

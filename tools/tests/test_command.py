@@ -5,7 +5,7 @@ import zlib
 import pytest
 
 from plumb_tools import command
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 
 @pytest.mark.parametrize("sequence", range(8))  # checksums of either sign

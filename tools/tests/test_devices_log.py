@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from devices_flight import HEIGHT, WIDTH, CompleteFlight, MadeUpCalibration, MadeUpFlight, made_up_flight, write_images
-from plumb_tools.sim.devices import messages
+from plumb_tools.message_types import types
 from plumb_tools.sim.devices.can_range import CanRangeSettings
 from plumb_tools.sim.devices.log import DeviceSettings, write_log
 
@@ -35,7 +35,7 @@ def read(path: Path) -> list[lcm.Event]:
 
 
 def decoded(path: Path, channel: str, type_name: str) -> list:
-    of_type = getattr(messages.types(), type_name)
+    of_type = getattr(types(), type_name)
     return [of_type.decode(event.data) for event in read(path) if event.channel == channel]
 
 
@@ -65,7 +65,7 @@ def test_stamps_of_the_events_are_those_of_the_arrivals(flight: MadeUpFlight, tm
     channels = {"RAW_STIM300": "raw_bytes_t", "RAW_LIDAR_LITE": "i2c_transfer_t", "TRUTH": "truth_t"}
     for event in read(path):
         if event.channel in channels:
-            message = getattr(messages.types(), channels[event.channel]).decode(event.data)
+            message = getattr(types(), channels[event.channel]).decode(event.data)
             assert event.timestamp == message.time_ns // 1000
 
 

@@ -7,7 +7,7 @@ import lcm
 import pytest
 
 from plumb_tools import hashdiff
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 
 def _frame(tick: int, gyro: float = 0.0) -> bytes:

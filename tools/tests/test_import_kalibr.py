@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import made_flight
 from plumb_tools.calibration.__main__ import main
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 ROOT = Path(__file__).resolve().parents[2]
 BIN = ROOT / "build/flight/bin"

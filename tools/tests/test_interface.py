@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from plumb_tools import message_types
 from plumb_tools.interface import document, lcm_types
 from plumb_tools.interface.__main__ import main
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 from plumb_tools.trajectory import InputError
 
-STRUCTS = {s.name: s for path in document.TELEMETRY.glob("*.lcm") for s in lcm_types.read(path)[1]}
+STRUCTS = {s.name: s for path in message_types.files() for s in lcm_types.read(path)[1]}
 VARIABLE = {"image_t", "config_t"}
 
 

@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 import sim_scenes
 from mavlink_flight import PATIENCE_S, PERIOD_NS, START_NS, Autopilot, Event, output, state, write_log
 from plumb_tools.mavlink.__main__ import main
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 
 ROOT = Path(__file__).resolve().parents[2]
 REPLAY = ROOT / "build/flight/bin/plumb-replay"

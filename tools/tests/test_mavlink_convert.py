@@ -14,7 +14,7 @@ from mavlink_flight import PERIOD_NS, START_NS, output, random_covariance, state
 from plumb_tools.mavlink import frames
 from plumb_tools.mavlink.convert import MAX_STATE_AGE_NS, SETTLING_NS, Converter, Options, quality
 from plumb_tools.report.run import Mode
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 from plumb_tools.trajectory import FloatArray
 
 SEED = 20261126

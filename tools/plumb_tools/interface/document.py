@@ -7,14 +7,14 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from plumb_tools import message_types
 from plumb_tools.interface import lcm_types
 from plumb_tools.interface.lcm_types import FINGERPRINT_BYTES, Struct
-from plumb_tools.sim.devices.messages import types
+from plumb_tools.message_types import types
 from plumb_tools.trajectory import InputError, read_text
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCUMENT = ROOT / "docs/interface.md"
-TELEMETRY = ROOT / "fsw/telemetry"
 EVENTS = ROOT / "fsw/events/event.h"
 PROGRAMS = ROOT / "build/flight/bin"
 
@@ -56,7 +56,8 @@ def _size(struct: Struct, among: dict[str, Struct], extra: int) -> str:
 
 
 def _messages() -> Iterator[str]:
-    files = [lcm_types.read(path) for path in sorted(TELEMETRY.glob("*.lcm"))]
+    paths = message_types.files()
+    files = [lcm_types.read(path) for path in paths]
     among = {struct.name: struct for _, structs in files for struct in structs}
     sent = [(struct.channel, struct) for struct in among.values() if struct.channel]
     yield "## Channels\n\n" + _table(
@@ -66,7 +67,7 @@ def _messages() -> Iterator[str]:
             for channel, struct in sorted(sent)
         ),
     )
-    for path, (about, structs) in zip(sorted(TELEMETRY.glob("*.lcm")), files, strict=True):
+    for path, (about, structs) in zip(paths, files, strict=True):
         yield f"## Types of {path.name}\n\n{about}\n"
         for struct in structs:
             yield from _type(struct, among)

@@ -14,8 +14,8 @@ from pymavlink.dialects.v20 import common as mavlink
 from scipy.spatial.transform import Rotation
 
 from plumb_tools.mavlink import frames
+from plumb_tools.message_types import types
 from plumb_tools.report.run import Mode
-from plumb_tools.sim.devices.messages import types
 from plumb_tools.trajectory import NS_PER_S, FloatArray
 
 #: An output is held back for so long after a state that begins anew: a result counts 32 ms after its image was handed

@@ -1,17 +1,11 @@
-"""Records of the log as LCM messages. The types are those of fsw/telemetry/*.lcm, made into Python by lcm-gen."""
+"""Records of the log as LCM messages."""
 
 from __future__ import annotations
 
-import functools
-import importlib
-import subprocess
-import sys
-import tempfile
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
+from plumb_tools.message_types import types
 from plumb_tools.sim.devices.camera import PIXEL_FORMAT_GREY, CameraBuffer
 from plumb_tools.sim.devices.can_range import TimedCanFrame
 from plumb_tools.sim.devices.field_of_view import DISTORTION_CODES, coefficients, half_field_of_view
@@ -19,24 +13,8 @@ from plumb_tools.sim.devices.flight_protocol import Calibration, FloatArray
 from plumb_tools.sim.devices.lidar_lite import ADDRESS, I2cTransfer
 from plumb_tools.sim.devices.stim300_stream import SerialChunk
 
-_TYPE_FOLDER = Path(__file__).resolve().parents[4] / "fsw" / "telemetry"
-_TYPE_FILES = ("command.lcm", "input.lcm", "navigation.lcm", "raw.lcm", "session.lcm")
 _SERIAL_CAPACITY = 256
 _TRANSFER_CAPACITY = 8
-
-
-@functools.cache
-def types() -> ModuleType:
-    """The package of message types."""
-    with tempfile.TemporaryDirectory() as folder:
-        generate = "from lcm import run_gen; run_gen()"  # LCM's own, of the same version as its library
-        files = [str(_TYPE_FOLDER / name) for name in _TYPE_FILES]
-        subprocess.run([sys.executable, "-c", generate, "--python", "--ppath", folder, *files], check=True)
-        sys.path.insert(0, folder)
-        try:
-            return importlib.import_module("plumb")
-        finally:
-            sys.path.remove(folder)
 
 
 def serial_chunk(chunk: SerialChunk) -> bytes:
