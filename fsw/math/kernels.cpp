@@ -38,10 +38,20 @@ inline void store(double* to, Pair pair) { std::memcpy(to, &pair, sizeof pair); 
 template <std::size_t Rows, std::size_t Cols>
 using Tile = Pair[Rows][Cols / kPair];
 
+/// sum += Sign * product. A factor of -1 would be one more instruction.
+template <int Sign>
+inline void add(Pair& sum, Pair product) {
+  static_assert(Sign == 1 || Sign == -1);
+  if constexpr (Sign > 0) {
+    sum += product;
+  } else {
+    sum -= product;
+  }
+}
+
 /// tile += Sign * sum over k of factor(r, k) * row k of x, from column c on.
 template <int Sign, std::size_t Rows, std::size_t Cols, class Factor>
 inline void add_outer(Tile<Rows, Cols>& tile, ConstMatrixView x, std::size_t c, Factor factor) {
-  constexpr double kSign = Sign;
   const std::size_t depth = x.rows();
 #pragma GCC unroll 2
   for (std::size_t k = 0; k < depth; ++k) {
@@ -51,7 +61,7 @@ inline void add_outer(Tile<Rows, Cols>& tile, ConstMatrixView x, std::size_t c, 
     for (std::size_t r = 0; r < Rows; ++r) {
       const double f = factor(r, k);
       const Pair both = {f, f};
-      for (std::size_t p = 0; p < Cols / kPair; ++p) tile[r][p] += kSign * both * xk[p];
+      for (std::size_t p = 0; p < Cols / kPair; ++p) add<Sign>(tile[r][p], both * xk[p]);
     }
   }
 }
@@ -69,16 +79,25 @@ inline void add_product_tile(ConstMatrixView a, ConstMatrixView x, MatrixView ou
   }
 }
 
+/// The same of one column.
+template <int Sign, std::size_t Rows>
+inline void add_product_column(ConstMatrixView a, ConstMatrixView x, MatrixView out, std::size_t r0, std::size_t c) {
+  double column[Rows];
+  for (std::size_t r = 0; r < Rows; ++r) column[r] = out(r0 + r, c);
+  for (std::size_t k = 0; k < x.rows(); ++k) {
+    for (std::size_t r = 0; r < Rows; ++r) column[r] += Sign * a(r0 + r, k) * x(k, c);
+  }
+  for (std::size_t r = 0; r < Rows; ++r) out(r0 + r, c) = column[r];
+}
+
 /// The columns of `Rows` rows of out from c0 on, in tiles of at most Cols.
 template <int Sign, std::size_t Rows, std::size_t Cols>
 inline void add_product_rows(ConstMatrixView a, ConstMatrixView x, MatrixView out, std::size_t r0, std::size_t c0) {
   for (; c0 + Cols <= out.cols(); c0 += Cols) add_product_tile<Sign, Rows, Cols>(a, x, out, r0, c0);
-  if constexpr (Cols > kTileCols) {
+  if constexpr (Cols > kPair) {
     add_product_rows<Sign, Rows, Cols / 2>(a, x, out, r0, c0);
-  } else {
-    for (std::size_t r = r0; r < r0 + Rows; ++r) {
-      for (std::size_t k = 0; k < x.rows(); ++k) axpy(Sign * a(r, k), x.row(k) + c0, out.row(r) + c0, out.cols() - c0);
-    }
+  } else if (c0 < out.cols()) {
+    add_product_column<Sign, Rows>(a, x, out, r0, c0);
   }
 }
 

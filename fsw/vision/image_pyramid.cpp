@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <opencv2/core/hal/intrin.hpp>
 
 namespace plumb {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "halve() takes two pixels at a time, the left one lowest");
 
-// Columns of the halved image made at once. The last strip writes up to kVector - 1 columns into the margin, and reads
-// twice as far.
-constexpr std::int32_t kStrip_px = 64;
+// Columns of the halved image made at once. The last ones may reach kVector - 1 columns into the margin, and read twice
+// as far.
 constexpr std::int32_t kVector = 8;
 static_assert(2 * kVector < kImageMargin_px);
 
@@ -27,53 +27,58 @@ std::uint8_t* row_of(const MarginedImage& image, std::int32_t row) {
   return image.pixels + static_cast<std::ptrdiff_t>(row) * image.stride;
 }
 
-/// Two neighbouring pixels: the left one is the low byte.
-std::uint16_t pair_at(const std::uint8_t* pixels) {
-  std::uint16_t pair = 0;
-  std::memcpy(&pair, pixels, sizeof(pair));
-  return pair;
+using Sums = cv::v_uint16x8;
+static_assert(kVector == Sums::nlanes);
+
+/// a + 4 b + 6 c + 4 d + e: below 2^16 for pixels as for sums of them along a row.
+Sums binomial(const Sums& a, const Sums& b, const Sums& c, const Sums& d, const Sums& e) {
+  const Sums inner = cv::v_mul_wrap(cv::v_add_wrap(b, d), cv::v_setall_u16(4));
+  return cv::v_add_wrap(cv::v_add_wrap(cv::v_add_wrap(a, e), inner), cv::v_mul_wrap(c, cv::v_setall_u16(6)));
 }
 
-constexpr std::uint16_t binomial(std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d, std::uint16_t e) {
-  return static_cast<std::uint16_t>(a + e + 4 * (b + d) + 6 * c);
+/// Every second pixel from one on, and those between them.
+struct Columns {
+  Sums even;
+  Sums odd;
+};
+
+Columns columns_from(const std::uint8_t* pixels) {
+#if CV_NEON
+  const uint8x8x2_t both = vld2_u8(pixels);
+  return {Sums(vmovl_u8(both.val[0])), Sums(vmovl_u8(both.val[1]))};
+#else
+  const Sums pairs = cv::v_reinterpret_as_u16(cv::v_load(pixels));
+  return {pairs & cv::v_setall_u16(0xFF), cv::v_shr<8>(pairs)};
+#endif
 }
 
-// Sums along five pixels of a row, at most 16 * 255, one for each column of the halved image.
-using SumRow = std::array<std::uint16_t, kStrip_px>;
-
-/// `centre` is the pixel that the first sum stands on.
-void sum_across(const std::uint8_t* centre, std::int32_t count, SumRow& out) {
-  for (std::int32_t i = 0; i < count; ++i) {
-    const std::uint16_t a = pair_at(centre + 2 * i - 2);
-    const std::uint16_t b = pair_at(centre + 2 * i);
-    const std::uint16_t c = pair_at(centre + 2 * i + 2);
-    out[i] = binomial(a & 0xFFU, a >> 8U, b & 0xFFU, b >> 8U, c & 0xFFU);
-  }
+/// Sums along five pixels of a row, at most 16 * 255, for kVector columns of the halved image. `centre` is the pixel
+/// that the first sum stands on.
+Sums sum_across(const std::uint8_t* centre) {
+  const Columns before = columns_from(centre - 2);
+  const Columns at = columns_from(centre);
+  return binomial(before.even, before.odd, at.even, at.odd, columns_from(centre + 2).even);
 }
 
-/// `count` columns of the halved image from `left` on, from top to bottom. Each row of `from` is summed up once.
-void halve_strip(const ImageView& from, std::int32_t left, std::int32_t count, const MarginedImage& to) {
-  std::array<SumRow, 5> rows;  // a ring
+/// kVector columns of the halved image from `left` on, from top to bottom: each row of `from` is summed up once, and
+/// the sums never leave the registers.
+void halve_columns(const ImageView& from, std::int32_t left, const MarginedImage& to) {
+  const std::ptrdiff_t down = from.stride;
+  const std::ptrdiff_t out_down = to.stride;
   const std::uint8_t* centre = from.pixels + 2 * left;
-  const auto at = [&rows](std::int32_t row) -> SumRow& { return rows[static_cast<std::size_t>(row + 5) % 5]; };
-  const auto fill = [&](std::int32_t row) {
-    sum_across(centre + static_cast<std::ptrdiff_t>(row) * from.stride, count, at(row));
-  };
-  for (std::int32_t row = -2; row <= 0; ++row) fill(row);
-  for (std::int32_t row = 0; row < to.height; ++row) {
-    fill(2 * row + 1);
-    fill(2 * row + 2);
-    const SumRow& a = at(2 * row - 2);
-    const SumRow& b = at(2 * row - 1);
-    const SumRow& c = at(2 * row);
-    const SumRow& d = at(2 * row + 1);
-    const SumRow& e = at(2 * row + 2);
-    std::uint8_t* out = row_of(to, row) + left;
-    for (std::int32_t i = 0; i < count; ++i) {
-      // At most 256 * 255 + 128: it fits in 16 bits.
-      const auto sum = static_cast<std::uint16_t>(binomial(a[i], b[i], c[i], d[i], e[i]) + 128U);
-      out[i] = static_cast<std::uint8_t>(sum >> 8U);
-    }
+  std::uint8_t* out = to.pixels + left;
+  std::uint8_t* const end = row_of(to, to.height) + left;
+  Sums a = sum_across(centre - 2 * down);
+  Sums b = sum_across(centre - down);
+  Sums c = sum_across(centre);
+  for (; out != end; out += out_down) {
+    const Sums d = sum_across(centre + down);
+    centre += 2 * down;
+    const Sums e = sum_across(centre);
+    cv::v_rshr_pack_store<8>(out, binomial(a, b, c, d, e));
+    a = c;
+    b = d;
+    c = e;
   }
 }
 
@@ -121,10 +126,7 @@ void mirror_margin(const MarginedImage& image) {
 
 void halve(const ImageView& from, const MarginedImage& to) {
   PLUMB_ASSERT(to.width == (from.width + 1) / 2 && to.height == (from.height + 1) / 2);
-  for (std::int32_t left = 0; left < to.width; left += kStrip_px) {
-    const std::int32_t whole = (to.width - left + kVector - 1) / kVector * kVector;
-    halve_strip(from, left, std::min(whole, kStrip_px), to);
-  }
+  for (std::int32_t left = 0; left < to.width; left += kVector) halve_columns(from, left, to);
 }
 
 }  // namespace plumb

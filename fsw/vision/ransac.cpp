@@ -1,5 +1,6 @@
 #include "fsw/vision/ransac.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/core/hal/intrin.hpp>
@@ -12,6 +13,7 @@ namespace {
 using Doubles = cv::v_float64x2;
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 using Mat5 = Eigen::Matrix<double, 5, 5>;
+constexpr std::size_t kLanes = Doubles::nlanes;
 
 constexpr std::size_t kMinMatches = 8;  // below this five unknowns and an outlier cannot be told apart
 constexpr int kIterations = 60;         // half outliers: a pair of inliers is missed with probability 3e-8
@@ -41,6 +43,99 @@ double robust_weight(double squared_error, double scale) {
 // Unlike std::fmin and std::fmax, these are one instruction; of what is not a number they make b, too.
 double smaller(double a, double b) { return a < b ? a : b; }
 double larger(double a, double b) { return a > b ? a : b; }
+
+/// Vectors of as many matches as there are lanes.
+struct Vectors {
+  Doubles x;
+  Doubles y;
+  Doubles z;
+
+  template <class Components>
+  static Vectors at(const Components& all, std::size_t i) {
+    return {cv::v_load(&all[0][i]), cv::v_load(&all[1][i]), cv::v_load(&all[2][i])};
+  }
+  static Vectors all(const Vec3& v) {
+    return {cv::v_setall_f64(v.x()), cv::v_setall_f64(v.y()), cv::v_setall_f64(v.z())};
+  }
+  template <class Components>
+  void keep(Components& all, std::size_t i) const {
+    cv::v_store(&all[0][i], x);
+    cv::v_store(&all[1][i], y);
+    cv::v_store(&all[2][i], z);
+  }
+  Doubles dot(const Vectors& v) const { return x * v.x + (y * v.y + z * v.z); }
+  Vectors cross(const Vectors& v) const { return {y * v.z - z * v.y, z * v.x - x * v.z, x * v.y - y * v.x}; }
+  Vectors operator-(const Vectors& v) const { return {x - v.x, y - v.y, z - v.z}; }
+};
+
+/// Normal equations of a small rotation and of a direction that moves in its tangent plane. Only the lower triangle of
+/// the information is there.
+struct NormalEquations {
+  Mat5 information = Mat5::Identity() * 1e-9;
+  Vec5 gradient = Vec5::Zero();
+
+  void add(const Vec5& jacobian, double weight, double error) {
+    const Vec5 weighted = weight * jacobian;
+    for (Eigen::Index c = 0; c < 5; ++c) {
+      for (Eigen::Index r = c; r < 5; ++r) information(r, c) += weighted[r] * jacobian[c];
+    }
+    gradient -= weight * error * jacobian;
+  }
+};
+
+/// One row of the least squares for each lane.
+struct Rows {
+  std::array<std::array<double, kLanes>, 5> jacobian;
+  std::array<double, kLanes> error;
+
+  Rows(const Vectors& by_rotation, const Doubles& by_e1, const Doubles& by_e2, const Doubles& factor,
+       const Doubles& errors) {
+    const std::array<Doubles, 5> all = {by_rotation.x, by_rotation.y, by_rotation.z, by_e1, by_e2};
+    for (std::size_t k = 0; k < all.size(); ++k) cv::v_store(jacobian[k].data(), all[k] * factor);
+    cv::v_store(error.data(), errors);
+  }
+  void add_to(NormalEquations& equations, std::size_t lane, double weight) const {
+    Vec5 row;
+    for (std::size_t k = 0; k < jacobian.size(); ++k) row[static_cast<Eigen::Index>(k)] = jacobian[k][lane];
+    equations.add(row, weight, error[lane]);
+  }
+};
+
+/// What TwoViewRansac holds of as many matches as there are lanes.
+struct Matches {
+  Vectors current;
+  Vectors derotated;
+  Vectors flow;
+  Vectors normal;
+};
+
+/// A direction and its tangent plane, in every lane.
+struct Tangent {
+  Vectors direction;
+  Vectors e1;
+  Vectors e2;
+};
+
+/// Adds what the matches in the first `count` lanes say, one after the other.
+void add_rows(const Matches& seen, const Tangent& t, double scale_rad, std::size_t count, NormalEquations& equations) {
+  const Doubles zero = cv::v_setzero_f64();
+  const Doubles one = cv::v_setall_f64(1.0);
+  const Doubles cosine = t.direction.dot(seen.derotated);
+  const Doubles inverse = one / cv::v_sqrt(cv::v_max(one - cosine * cosine, cv::v_setall_f64(kEpipoleFloor)));
+  const Doubles across = t.direction.dot(seen.normal) * inverse;
+  const Doubles backward = cv::v_min(t.direction.dot(seen.flow), zero) * inverse;
+  std::array<double, kLanes> squared_error;
+  cv::v_store(squared_error.data(), across * across + backward * backward);
+  // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow + d . (t x b1)
+  const Rows off(seen.derotated.cross(seen.current.cross(t.direction)), t.e1.dot(seen.normal), t.e2.dot(seen.normal),
+                 inverse, across);
+  const Rows back(t.direction.cross(seen.derotated), t.e1.dot(seen.flow), t.e2.dot(seen.flow), inverse, backward);
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const double weight = robust_weight(squared_error[lane], scale_rad);
+    off.add_to(equations, lane, weight);
+    if (back.error[lane] < 0.0) back.add_to(equations, lane, weight);
+  }
+}
 
 /// What a match says of a direction t, to first order in the flow. Points ahead of both cameras can only move towards
 /// t, so that flow away from t is as wrong as flow across the epipolar plane.
@@ -80,21 +175,29 @@ Quat TwoViewRansac::fit_rotation(std::span<const BearingMatch> matches, const Qu
   return q;
 }
 
-void TwoViewRansac::derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1) {
-  const Mat3 rotation = q_C2C1.toRotationMatrix();
+void TwoViewRansac::take(std::span<const BearingMatch> matches) {
+  static_assert(kMaxMatches % kLanes == 0);
   count_ = matches.size();
-  static_assert(kMaxMatches % Doubles::nlanes == 0);
-  const auto keep = [](Components& all, std::size_t i, const Vec3& v) {
-    for (std::size_t k = 0; k < 3; ++k) all[k][i] = v[static_cast<Eigen::Index>(k)];
-  };
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Vec3 derotated = rotation * matches[i].previous_C1;
-    keep(derotated_, i, derotated);
-    keep(flow_, i, matches[i].current_C2 - derotated);
-    keep(normal_, i, derotated.cross(matches[i].current_C2));
+  for (std::size_t i = 0; i < count_ || i % kLanes != 0; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      previous_[k][i] = i < count_ ? matches[i].previous_C1[axis] : 0.0;
+      current_[k][i] = i < count_ ? matches[i].current_C2[axis] : 0.0;
+    }
   }
-  for (std::size_t i = count_; i % Doubles::nlanes != 0; ++i) {
-    for (Components* all : {&derotated_, &flow_, &normal_}) keep(*all, i, Vec3::Zero());
+}
+
+void TwoViewRansac::derotate(const Mat3& R_C2C1) {
+  const Vectors x = Vectors::all(R_C2C1.row(0));
+  const Vectors y = Vectors::all(R_C2C1.row(1));
+  const Vectors z = Vectors::all(R_C2C1.row(2));
+  for (std::size_t i = 0; i < count_; i += kLanes) {
+    const Vectors previous = Vectors::at(previous_, i);
+    const Vectors current = Vectors::at(current_, i);
+    const Vectors derotated{x.dot(previous), y.dot(previous), z.dot(previous)};
+    derotated.keep(derotated_, i);
+    (current - derotated).keep(flow_, i);
+    derotated.cross(current).keep(normal_, i);
   }
 }
 
@@ -161,39 +264,23 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
 
 // Minimises sum rho(distance of b2 to where Exp(d) b1' can move along t) + |d|^2 / sigma^2 over the small rotation d
 // and the unit vector t.
-void TwoViewRansac::refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad,
-                           Model& model) const {
+void TwoViewRansac::refine(double sigma_rad, double scale_rad, Model& model) {
   const double prior = (options_.threshold_rad / sigma_rad) * (options_.threshold_rad / sigma_rad);
   for (int iteration = 0; iteration < kRefineIterations; ++iteration) {
-    const Mat3 rotation = (model.q_correction * model.q_start).toRotationMatrix();
+    derotate((model.q_correction * model.q_start).toRotationMatrix());
     Vec3 e1;
     Vec3 e2;
     tangent_basis(model.direction, e1, e2);
-    Mat5 information = Mat5::Identity() * 1e-9;
-    Vec5 gradient = Vec5::Zero();
-    for (const BearingMatch& match : matches) {
-      const Vec3 b1 = rotation * match.previous_C1;
-      const Vec3 flow = match.current_C2 - b1;
-      const Vec3 normal = b1.cross(match.current_C2);
-      const Residual r = residual(model.direction, b1, normal, flow);
-      const double inverse = 1.0 / std::sqrt(r.squared_sine);
-      const double across = r.across * inverse;
-      const double backward = smaller(r.along, 0.0) * inverse;
-      const double weight = robust_weight(across * across + backward * backward, scale_rad);
-      // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow - d . (b1 x t)
-      Vec5 jacobian;
-      jacobian << b1.cross(match.current_C2.cross(model.direction)) * inverse, e1.dot(normal) * inverse,
-          e2.dot(normal) * inverse;
-      information.noalias() += weight * jacobian * jacobian.transpose();
-      gradient -= weight * across * jacobian;
-      if (backward >= 0.0) continue;
-      jacobian << -b1.cross(model.direction) * inverse, e1.dot(flow) * inverse, e2.dot(flow) * inverse;
-      information.noalias() += weight * jacobian * jacobian.transpose();
-      gradient -= weight * backward * jacobian;
+    NormalEquations equations;
+    const Tangent tangent{Vectors::all(model.direction), Vectors::all(e1), Vectors::all(e2)};
+    for (std::size_t i = 0; i < count_; i += kLanes) {
+      const Matches seen{Vectors::at(current_, i), Vectors::at(derotated_, i), Vectors::at(flow_, i),
+                         Vectors::at(normal_, i)};
+      add_rows(seen, tangent, scale_rad, std::min(kLanes, count_ - i), equations);
     }
-    information.topLeftCorner<3, 3>().diagonal().array() += prior;
-    gradient.head<3>() -= prior * so3_log(model.q_correction);
-    const Vec5 step = information.ldlt().solve(gradient);
+    equations.information.topLeftCorner<3, 3>().diagonal().array() += prior;
+    equations.gradient.head<3>() -= prior * so3_log(model.q_correction);
+    const Vec5 step = equations.information.ldlt().solve(equations.gradient);
     if (!step.allFinite()) return;
     model.q_correction = (so3_exp(step.head<3>()) * model.q_correction).normalized();
     model.direction = (model.direction + step[3] * e1 + step[4] * e2).normalized();
@@ -210,18 +297,17 @@ void TwoViewRansac::judge(const Vec3& direction, Outcome& out) const {
   }
 }
 
-TwoViewRansac::Model TwoViewRansac::solve(std::span<const BearingMatch> matches, const Quat& q_start,
-                                          double sigma_rad) {
+TwoViewRansac::Model TwoViewRansac::solve(const Quat& q_start, double sigma_rad) {
   const double wide_rad = options_.threshold_rad + options_.rotation_sigma_rad;
   Model model;
   model.q_start = q_start;
-  derotate(matches, q_start);
+  derotate(q_start.toRotationMatrix());
   search(wide_rad, model);
-  refine(matches, sigma_rad, wide_rad, model);
-  derotate(matches, (model.q_correction * q_start).normalized());
+  refine(sigma_rad, wide_rad, model);
+  derotate((model.q_correction * q_start).normalized().toRotationMatrix());
   search(options_.threshold_rad, model);
-  refine(matches, sigma_rad, options_.threshold_rad, model);
-  derotate(matches, (model.q_correction * q_start).normalized());
+  refine(sigma_rad, options_.threshold_rad, model);
+  derotate((model.q_correction * q_start).normalized().toRotationMatrix());
   model.cost = cost_of(model.direction, options_.threshold_rad, kUnbounded);
   return model;
 }
@@ -251,16 +337,17 @@ Status TwoViewRansac::reject(std::span<const BearingMatch> matches, const Quat* 
   }
   if (matches.size() < kMinMatches) return Status::kOk;
 
+  take(matches);
   const bool blind = q_C2C1 == nullptr;
   const Quat q_given = blind ? fit_rotation(matches, Quat::Identity(), kBlindScale_rad) : q_C2C1->normalized();
   const double sigma_rad = blind ? options_.blind_rotation_sigma_rad : options_.rotation_sigma_rad;
   const Quat q_turn = fit_rotation(matches, q_given, options_.threshold_rad + options_.rotation_sigma_rad);
   // With parallax the given rotation is the better start, without it the one that explains the most flow.
-  Model model = solve(matches, q_given, sigma_rad);
-  const Model from_turn = solve(matches, q_turn, sigma_rad);
+  Model model = solve(q_given, sigma_rad);
+  const Model from_turn = solve(q_turn, sigma_rad);
   if (from_turn.cost < model.cost) model = from_turn;
   out.q_C2C1 = (model.q_correction * model.q_start).normalized();
-  derotate(matches, out.q_C2C1);
+  derotate(out.q_C2C1.toRotationMatrix());
   judge(model.direction, out);
   if (static_cast<double>(out.inliers) < kMinInlierShare * static_cast<double>(matches.size())) {
     out.inliers = matches.size();

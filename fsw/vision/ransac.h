@@ -85,13 +85,14 @@ class TwoViewRansac {
   };
   Quat fit_rotation(std::span<const BearingMatch> matches, const Quat& q_start, double scale_rad) const;
   void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
-  void derotate(std::span<const BearingMatch> matches, const Quat& q_C2C1);
+  void take(std::span<const BearingMatch> matches);
+  void derotate(const Mat3& R_C2C1);
   double squared_distance(const Vec3& direction, std::size_t i) const;
   Vec3 normal(std::size_t i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
   double cost_of(Vec3& direction, double threshold_rad, double bound) const;
   void search(double threshold_rad, Model& best);
-  void refine(std::span<const BearingMatch> matches, double sigma_rad, double scale_rad, Model& model) const;
-  Model solve(std::span<const BearingMatch> matches, const Quat& q_start, double sigma_rad);
+  void refine(double sigma_rad, double scale_rad, Model& model);
+  Model solve(const Quat& q_start, double sigma_rad);
   void judge(const Vec3& direction, Outcome& out) const;
 
   RansacOptions options_;
@@ -100,6 +101,8 @@ class TwoViewRansac {
   // One array per component, so that several matches are judged at once. An even number is filled: what hangs over
   // agrees with every direction.
   using Components = std::array<std::array<double, kMaxMatches>, 3>;
+  Components previous_{};   ///< b1 in C1
+  Components current_{};    ///< b2 in C2
   Components derotated_{};  ///< b1' in C2
   Components flow_{};       ///< b2 - b1'
   Components normal_{};     ///< b1' x b2
