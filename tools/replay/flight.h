@@ -62,6 +62,8 @@ struct FlightTotals {
 FlightTotals fly(Source& source, const FlightOptions& options, const std::vector<FlightListener*>& listeners);
 
 /// Names of the mission configurations that fly() knows.
-std::vector<std::string> config_names();
+inline std::vector<std::string> config_names() {
+  return {PaperConfig::kName, FlightConfig::kName, SelfCalibratingConfig::kName};
+}
 
 }  // namespace plumb::replay
