@@ -92,12 +92,11 @@ void sample_grid(const ImageView& image, float u_px, float v_px, const Eigen::Ma
       const Floats column = cv::v_cvt_f32(cv::v_trunc(u));
       const Floats row = cv::v_cvt_f32(cv::v_trunc(v));
       std::array<std::int32_t, Floats::nlanes> offset;
-      std::array<std::uint32_t, Floats::nlanes> square;  // the four neighbours, from the upper left in the low byte on
       cv::v_store(offset.data(), cv::v_trunc(row * stride + column));  // exact: an image has fewer than 2^24 bytes
-      for (std::size_t i = 0; i < offset.size(); ++i) {
-        square[i] = pair_at(image.pixels + offset[i]) | (pair_at(next_row + offset[i]) << 16U);
-      }
-      const Squares all = cv::v_load(square.data());
+      const auto square = [&](std::size_t i) {  // the four neighbours, from the upper left in the low byte on
+        return pair_at(image.pixels + offset[i]) | (pair_at(next_row + offset[i]) << 16U);
+      };
+      const Squares all(square(0), square(1), square(2), square(3));
       const Squares low = cv::v_setall_u32(0xFF);
       const auto between = [a = u - column](const Squares& left_grey, const Squares& right_grey) {
         const Floats left = cv::v_cvt_f32(cv::v_reinterpret_as_s32(left_grey));
