@@ -27,7 +27,7 @@ void interpolate_across(const std::uint8_t* pixels, float a, std::array<float, C
 }
 
 /// Two neighbouring pixels: the left one is the low byte.
-std::uint32_t pair_at(const std::uint8_t* pixels) {
+std::uint16_t pair_at(const std::uint8_t* pixels) {
   static_assert(std::endian::native == std::endian::little);
   std::uint16_t pair = 0;
   std::memcpy(&pair, pixels, sizeof(pair));
@@ -93,10 +93,12 @@ void sample_grid(const ImageView& image, float u_px, float v_px, const Eigen::Ma
       const Floats row = cv::v_cvt_f32(cv::v_trunc(v));
       std::array<std::int32_t, Floats::nlanes> offset;
       cv::v_store(offset.data(), cv::v_trunc(row * stride + column));  // exact: an image has fewer than 2^24 bytes
-      const auto square = [&](std::size_t i) {  // the four neighbours, from the upper left in the low byte on
-        return pair_at(image.pixels + offset[i]) | (pair_at(next_row + offset[i]) << 16U);
-      };
-      const Squares all(square(0), square(1), square(2), square(3));
+      // The four neighbours of each, from the upper left in the low byte on.
+      const auto upper_pair = [&](std::size_t i) { return pair_at(image.pixels + offset[i]); };
+      const auto lower_pair = [&](std::size_t i) { return pair_at(next_row + offset[i]); };
+      const Squares all =
+          cv::v_reinterpret_as_u32(cv::v_uint16x8(upper_pair(0), lower_pair(0), upper_pair(1), lower_pair(1),
+                                                  upper_pair(2), lower_pair(2), upper_pair(3), lower_pair(3)));
       const Squares low = cv::v_setall_u32(0xFF);
       const auto between = [a = u - column](const Squares& left_grey, const Squares& right_grey) {
         const Floats left = cv::v_cvt_f32(cv::v_reinterpret_as_s32(left_grey));
