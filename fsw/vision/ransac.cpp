@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/core/hal/intrin.hpp>
 
 #include <Eigen/Cholesky>
+
+#include "fsw/vision/two_view_fit.h"
 
 namespace plumb {
 namespace {
 
-using Doubles = cv::v_float64x2;
-using Vec5 = Eigen::Matrix<double, 5, 1>;
-using Mat5 = Eigen::Matrix<double, 5, 5>;
-constexpr std::size_t kLanes = Doubles::nlanes;
+using namespace two_view;
 
 constexpr std::size_t kMinMatches = 8;  // below this five unknowns and an outlier cannot be told apart
 constexpr int kIterations = 60;         // half outliers: a pair of inliers is missed with probability 3e-8
@@ -23,7 +21,6 @@ constexpr double kMinInlierShare = 0.5;   // less agreement than this is a failu
 constexpr double kBlindScale_rad = 0.05;  // flow between images that counts when nothing is known of the rotation
 constexpr double kScaleDecay = 0.6;       // of the robust scale, from one reweighting to the next
 constexpr double kTurnShare = 0.9;        // of the inliers: when turning alone explains that many, it is all there was
-constexpr double kEpipoleFloor = 1e-6;    // squared sine to the epipole under which a match says nothing
 constexpr double kTiny = 1e-24;
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
@@ -34,140 +31,19 @@ void tangent_basis(const Vec3& v, Vec3& e1, Vec3& e2) {
   e2 = v.cross(e1);
 }
 
-/// Geman-McClure: what is far beyond the scale has no say.
-double robust_weight(double squared_error, double scale) {
-  const double cauchy = 1.0 / (1.0 + squared_error / (scale * scale));
-  return cauchy * cauchy;
-}
-
-// Unlike std::fmin and std::fmax, these are one instruction; of what is not a number they make b, too.
-double smaller(double a, double b) { return a < b ? a : b; }
-double larger(double a, double b) { return a > b ? a : b; }
-
-/// Vectors of as many matches as there are lanes.
-struct Vectors {
-  Doubles x;
-  Doubles y;
-  Doubles z;
-
-  template <class Components>
-  static Vectors at(const Components& all, std::size_t i) {
-    return {cv::v_load(&all[0][i]), cv::v_load(&all[1][i]), cv::v_load(&all[2][i])};
-  }
-  static Vectors all(const Vec3& v) {
-    return {cv::v_setall_f64(v.x()), cv::v_setall_f64(v.y()), cv::v_setall_f64(v.z())};
-  }
-  template <class Components>
-  void keep(Components& all, std::size_t i) const {
-    cv::v_store(&all[0][i], x);
-    cv::v_store(&all[1][i], y);
-    cv::v_store(&all[2][i], z);
-  }
-  Doubles dot(const Vectors& v) const { return x * v.x + (y * v.y + z * v.z); }
-  Vectors cross(const Vectors& v) const { return {y * v.z - z * v.y, z * v.x - x * v.z, x * v.y - y * v.x}; }
-  Vectors operator-(const Vectors& v) const { return {x - v.x, y - v.y, z - v.z}; }
-};
-
-/// Normal equations of a small rotation and of a direction that moves in its tangent plane. Only the lower triangle of
-/// the information is there.
-struct NormalEquations {
-  Mat5 information = Mat5::Identity() * 1e-9;
-  Vec5 gradient = Vec5::Zero();
-
-  void add(const Vec5& jacobian, double weight, double error) {
-    const Vec5 weighted = weight * jacobian;
-    for (Eigen::Index c = 0; c < 5; ++c) {
-      for (Eigen::Index r = c; r < 5; ++r) information(r, c) += weighted[r] * jacobian[c];
-    }
-    gradient -= weight * error * jacobian;
-  }
-};
-
-/// One row of the least squares for each lane.
-struct Rows {
-  std::array<std::array<double, kLanes>, 5> jacobian;
-  std::array<double, kLanes> error;
-
-  Rows(const Vectors& by_rotation, const Doubles& by_e1, const Doubles& by_e2, const Doubles& factor,
-       const Doubles& errors) {
-    const std::array<Doubles, 5> all = {by_rotation.x, by_rotation.y, by_rotation.z, by_e1, by_e2};
-    for (std::size_t k = 0; k < all.size(); ++k) cv::v_store(jacobian[k].data(), all[k] * factor);
-    cv::v_store(error.data(), errors);
-  }
-  void add_to(NormalEquations& equations, std::size_t lane, double weight) const {
-    Vec5 row;
-    for (std::size_t k = 0; k < jacobian.size(); ++k) row[static_cast<Eigen::Index>(k)] = jacobian[k][lane];
-    equations.add(row, weight, error[lane]);
-  }
-};
-
-/// What TwoViewRansac holds of as many matches as there are lanes.
-struct Matches {
-  Vectors current;
-  Vectors derotated;
-  Vectors flow;
-  Vectors normal;
-};
-
-/// A direction and its tangent plane, in every lane.
-struct Tangent {
-  Vectors direction;
-  Vectors e1;
-  Vectors e2;
-};
-
-/// Adds what the matches in the first `count` lanes say, one after the other.
-void add_rows(const Matches& seen, const Tangent& t, double scale_rad, std::size_t count, NormalEquations& equations) {
-  const Doubles zero = cv::v_setzero_f64();
-  const Doubles one = cv::v_setall_f64(1.0);
-  const Doubles cosine = t.direction.dot(seen.derotated);
-  const Doubles inverse = one / cv::v_sqrt(cv::v_max(one - cosine * cosine, cv::v_setall_f64(kEpipoleFloor)));
-  const Doubles across = t.direction.dot(seen.normal) * inverse;
-  const Doubles backward = cv::v_min(t.direction.dot(seen.flow), zero) * inverse;
-  std::array<double, kLanes> squared_error;
-  cv::v_store(squared_error.data(), across * across + backward * backward);
-  // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow + d . (t x b1)
-  const Rows off(seen.derotated.cross(seen.current.cross(t.direction)), t.e1.dot(seen.normal), t.e2.dot(seen.normal),
-                 inverse, across);
-  const Rows back(t.direction.cross(seen.derotated), t.e1.dot(seen.flow), t.e2.dot(seen.flow), inverse, backward);
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    const double weight = robust_weight(squared_error[lane], scale_rad);
-    off.add_to(equations, lane, weight);
-    if (back.error[lane] < 0.0) back.add_to(equations, lane, weight);
-  }
-}
-
-/// What a match says of a direction t, to first order in the flow. Points ahead of both cameras can only move towards
-/// t, so that flow away from t is as wrong as flow across the epipolar plane.
-struct Residual {
-  double across = 0.0;        ///< t . n
-  double along = 0.0;         ///< t . flow
-  double squared_sine = 1.0;  ///< of the angle to the epipole, limited so that the distance is finite there
-};
-
-Residual residual(const Vec3& direction, const Vec3& derotated, const Vec3& normal, const Vec3& flow) {
-  const double cosine = direction.dot(derotated);
-  return {direction.dot(normal), direction.dot(flow), larger(1.0 - cosine * cosine, kEpipoleFloor)};
-}
-
 }  // namespace
 
 // Robust least squares on the flow that is left. The scale of the robust weight shrinks to the threshold, so that first
 // everything has a say and in the end only what turns with the camera.
-Quat TwoViewRansac::fit_rotation(std::span<const BearingMatch> matches, const Quat& q_start, double scale_rad) const {
+Quat TwoViewRansac::fit_rotation(const Quat& q_start, double scale_rad) const {
   Quat q = q_start;
   for (int iteration = 0; iteration < kRotationIterations; ++iteration) {
-    Mat3 information = Mat3::Identity() * kTiny;
-    Vec3 gradient = Vec3::Zero();
-    for (const BearingMatch& match : matches) {
-      const Vec3 b = q * match.previous_C1;
-      const Vec3 error = match.current_C2 - b;
-      const double weight = robust_weight(error.squaredNorm(), scale_rad);
-      const Mat3 jacobian = -skew(b);  // Exp(d) b = b + d x b
-      information += weight * jacobian.transpose() * jacobian;
-      gradient += weight * jacobian.transpose() * error;
+    TurnEquations equations;
+    for (std::size_t i = 0; i < count_; i += kLanes) {
+      const Vectors turned = turn(q, Vectors::at(previous_, i));
+      equations.add(turned, Vectors::at(current_, i) - turned, scale_rad, std::min(kLanes, count_ - i));
     }
-    const Vec3 step = information.ldlt().solve(gradient);
+    const Vec3 step = equations.information.ldlt().solve(equations.gradient);
     if (!step.allFinite()) return q_start;
     q = (so3_exp(step) * q).normalized();
     scale_rad = std::fmax(kScaleDecay * scale_rad, options_.threshold_rad);
@@ -201,11 +77,16 @@ void TwoViewRansac::derotate(const Mat3& R_C2C1) {
   }
 }
 
+// Points ahead of both cameras can only move towards t, so that flow away from t is as wrong as flow across the
+// epipolar plane. The sine of the angle to the epipole is limited so that the distance is finite there.
 double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) const {
-  const auto vector = [i](const Components& all) { return Vec3(all[0][i], all[1][i], all[2][i]); };
-  const Residual r = residual(direction, vector(derotated_), vector(normal_), vector(flow_));
-  const double backward = smaller(r.along, 0.0);
-  return (r.across * r.across + backward * backward) / r.squared_sine;
+  const auto along = [&direction, i](const Components& all) {
+    return direction.dot(Vec3(all[0][i], all[1][i], all[2][i]));
+  };
+  const double cosine = along(derotated_);
+  const double across = along(normal_);
+  const double backward = std::min(along(flow_), 0.0);
+  return (across * across + backward * backward) / std::max(1.0 - cosine * cosine, kEpipoleFloor);
 }
 
 // Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
@@ -339,9 +220,9 @@ Status TwoViewRansac::reject(std::span<const BearingMatch> matches, const Quat* 
 
   take(matches);
   const bool blind = q_C2C1 == nullptr;
-  const Quat q_given = blind ? fit_rotation(matches, Quat::Identity(), kBlindScale_rad) : q_C2C1->normalized();
+  const Quat q_given = blind ? fit_rotation(Quat::Identity(), kBlindScale_rad) : q_C2C1->normalized();
   const double sigma_rad = blind ? options_.blind_rotation_sigma_rad : options_.rotation_sigma_rad;
-  const Quat q_turn = fit_rotation(matches, q_given, options_.threshold_rad + options_.rotation_sigma_rad);
+  const Quat q_turn = fit_rotation(q_given, options_.threshold_rad + options_.rotation_sigma_rad);
   // With parallax the given rotation is the better start, without it the one that explains the most flow.
   Model model = solve(q_given, sigma_rad);
   const Model from_turn = solve(q_turn, sigma_rad);

@@ -83,7 +83,7 @@ class TwoViewRansac {
     Vec3 direction = Vec3::UnitX();
     double cost = 0.0;
   };
-  Quat fit_rotation(std::span<const BearingMatch> matches, const Quat& q_start, double scale_rad) const;
+  Quat fit_rotation(const Quat& q_start, double scale_rad) const;
   void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
   void take(std::span<const BearingMatch> matches);
   void derotate(const Mat3& R_C2C1);
