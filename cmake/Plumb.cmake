@@ -18,6 +18,8 @@ option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OF
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
 option(PLUMB_EXACT "Arithmetic that gives the same bits on every machine" OFF)
 option(PLUMB_FUZZ "Add the fuzz targets, which need clang" OFF)
+set(PLUMB_POSES "" CACHE STRING "Poses in the sliding window of the flight configuration (default: as shipped)")
+set(PLUMB_FEATURES "" CACHE STRING "Features in the state of the flight configuration (default: as shipped)")
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -28,6 +30,12 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 # -O3 for the matrix kernels; never fast-math: it removes the not-a-number checks the filter lives by.
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+
+if(PLUMB_POSES AND PLUMB_FEATURES)
+  add_compile_definitions(PLUMB_POSES=${PLUMB_POSES} PLUMB_FEATURES=${PLUMB_FEATURES})
+elseif(PLUMB_POSES OR PLUMB_FEATURES)
+  message(FATAL_ERROR "PLUMB_POSES and PLUMB_FEATURES: expected both or neither")
+endif()
 
 if(PLUMB_EXACT)
   # What the compiler contracts and in which order Eigen's vector units add depends on the machine. The kernels of

@@ -26,11 +26,22 @@ struct PaperConfig {
   static constexpr CalibrationBlocks kCalibration{};
 };
 
+// A build may choose other sizes: cmake -D PLUMB_POSES=8 -D PLUMB_FEATURES=20. Its logs say so by another name.
+#if defined(PLUMB_POSES) && defined(PLUMB_FEATURES)
+#define PLUMB_AS_TEXT_(x) #x
+#define PLUMB_AS_TEXT(x) PLUMB_AS_TEXT_(x)
+#define PLUMB_FLIGHT_NAME "flight-" PLUMB_AS_TEXT(PLUMB_POSES) "x" PLUMB_AS_TEXT(PLUMB_FEATURES)
+#else
+#define PLUMB_POSES 12
+#define PLUMB_FEATURES 30
+#define PLUMB_FLIGHT_NAME "flight"
+#endif
+
 /// The flight settings, chosen by measured accuracy for the time spent.
 struct FlightConfig {
-  static constexpr const char* kName = "flight";
-  static constexpr std::size_t kMaxPoses = 12;
-  static constexpr std::size_t kMaxSlamFeatures = 30;
+  static constexpr const char* kName = PLUMB_FLIGHT_NAME;
+  static constexpr std::size_t kMaxPoses = PLUMB_POSES;
+  static constexpr std::size_t kMaxSlamFeatures = PLUMB_FEATURES;
   static constexpr std::size_t kMaxTracks = 200;
   static constexpr std::size_t kMaxMsckfPerFrame = 24;
   static constexpr std::size_t kMaxImageWidth = 752;
