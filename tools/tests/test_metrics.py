@@ -64,6 +64,16 @@ def test_scale_error_shows_in_scale_and_path_ratio() -> None:
     assert aligned.ate_rmse_m < 1e-8 < four_dof.ate_rmse_m
 
 
+def test_early_scale_is_that_of_the_displacement_after_ten_seconds() -> None:
+    truth = resting(20.0, 0.0)
+    t = (truth.t_ns - truth.t_ns[0]) / NS_PER_S
+    wrong = truth.p_m * np.where(t < 9.0, 1.5, 1.03)[:, None]
+    est = replace(truth, p_m=wrong)
+    assert figures(truth, est).early_scale == pytest.approx(1.03)
+    assert figures(resting(5.0, 15.0), resting(5.0, 15.0)).early_scale is None  # at rest by then
+    assert figures(resting(8.0, 0.0), resting(8.0, 0.0)).early_scale is None
+
+
 def test_tilt_stays_after_4dof_and_start_alignment() -> None:
     truth = flight()
     tilt = Rotation.from_euler("x", 2.0, degrees=True)

@@ -17,7 +17,7 @@ from plumb_tools.score.__main__ import main
 from plumb_tools.score.results_page import SceneResults
 from plumb_tools.sim import scene_file
 
-HEADLINE = Headline(150.0, 0.6, 0.4, 0.25, -0.3, 0.04, 3.1, 2.9, 3.3, 100.0, 0)
+HEADLINE = Headline(150.0, 0.6, 0.4, 0.25, -0.3, 0.2, 0.04, 3.1, 2.9, 3.3, 0.5, 99.0, 0)
 GOOD = Figures(HEADLINE, Cost(7.0, 9.0, 4.0))
 BAD = Figures(replace(HEADLINE, max_axis_m=5.4, max_axis_percent=3.6, scale_error_percent=4.0), Cost(6.9, 8.8, 4.1))
 

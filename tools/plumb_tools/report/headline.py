@@ -21,11 +21,13 @@ class Headline:
     max_axis_percent: float | None  #: of the distance travelled; None without motion
     ate_m: float  #: root mean square after alignment in position and yaw over the run
     scale_error_percent: float | None  #: estimated over true size, minus one
+    early_scale_error_percent: float | None  #: the same from 10 to 12 s after the first state
     velocity_rmse_m_s: float
     nees_position: float | None  #: means; 3 is ideal
     nees_velocity: float | None
     nees_attitude: float | None
-    coverage_percent: float
+    first_state_s: float  #: after the first image
+    coverage_percent: float  #: of the flight
     resets: int
 
 
@@ -51,8 +53,10 @@ def headline_of(truth: Truth, run: Run) -> tuple[Headline, Score]:
         None if percent is None else max(percent),
         fitted.ate_rmse_m,
         _scale_error_percent(figures),
+        None if figures.early_scale is None else 100.0 * (figures.early_scale - 1.0),
         start.velocity_rmse_m_s,
         *(_mean(getattr(parts, name, None)) for name in ("position", "velocity", "attitude")),
+        figures.coverage.first_output_s,
         100.0 * figures.coverage.covered,
         figures.resets,
     )

@@ -43,6 +43,7 @@ class Score:
     distance_m: float  #: of the truth over the scored poses
     path_ratio: float | None  #: path of the estimate over that of the truth
     scale: float | None  #: true size over estimated size, from Sim(3)
+    early_scale: float | None  #: estimated over true displacement from 10 to 12 s after the first output
     resets: int
     coverage: Coverage
     selected: str
@@ -89,6 +90,7 @@ def score(truth: Truth, estimate: Estimate, options: Options) -> Scored:
         distance_m=truth_distance,
         path_ratio=est_distance / truth_distance if truth_distance > 0.0 else None,
         scale=None if sim3 is None else sim3.scale,
+        early_scale=motion.early_scale(pairs),
         resets=int(pairs.reset_count[-1] - pairs.reset_count[0]),
         coverage=motion.coverage(est_s, max(start, 0.0), min(end, span_s)),
         selected=options.alignment,

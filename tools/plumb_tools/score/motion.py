@@ -28,6 +28,10 @@ SEGMENT_TOLERANCE = 0.1  #: a pair counts when its distance is this near to the 
 COVERAGE_GAP_S = 0.5
 COVERAGE_GAP_PERIODS = 1.5
 
+#: When the scale that a start found is looked at, after the first output, and over which displacement at least.
+EARLY_SCALE_S = (10.0, 12.0)
+EARLY_SCALE_MIN_M = 1.0
+
 STANDSTILL_SPEED_M_S = 0.02
 STANDSTILL_HALF_WINDOW_S = 0.1  #: of the difference that gives the truth's speed
 STANDSTILL_SETTLE_S = 1.0
@@ -62,6 +66,15 @@ class Standstill:
     duration_s: float
     drift_m: float  #: largest displacement from the place held one second into the standstill
     truth_drift_m: float  #: the same of the truth: what cannot be told from drift
+
+
+def early_scale(pairs: Pairs) -> float | None:
+    """Displacement of the estimate over that of the truth, from 10 to 12 s after the first output; None without one."""
+    begin, end = (int(np.searchsorted(pairs.t_s, pairs.t_s[0] + after_s)) for after_s in EARLY_SCALE_S)
+    if end >= len(pairs):
+        return None
+    truth_m, est_m = (float(np.linalg.norm(p_m[end] - p_m[begin])) for p_m in (pairs.truth_p_m, pairs.est_p_m))
+    return est_m / truth_m if truth_m >= EARLY_SCALE_MIN_M else None
 
 
 def path_vertices(p_m: FloatArray, step_m: float) -> IntArray:

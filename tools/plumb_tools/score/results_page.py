@@ -30,10 +30,21 @@ out. The images are rendered, and the whole front end works on them.
 Errors per axis are those after alignment in position and heading at the first pose, in percent of the distance
 travelled; ATE is the root mean square position error after alignment in position and heading over the flight. NEES is
 the mean over a flight, ideally 3. Entries are the mean over the seeds and, in brackets, the worst; of signed figures
-the size counts. CPU time is that of one image, front end included; the real-time factor is by the clock on the wall, with
+the size counts. The scale error after 10 s is that of the displacement from 10 to 12 s after the first state, where there
+is one of a metre; the first state comes so long after the first image, and coverage is the share of the flight with a
+state. CPU time is that of one image, front end included; the real-time factor is by the clock on the wall, with
 reading of files, and falls with whatever else the machine does."""
 
 LINE_WIDTH = 120
+
+#: Those of the terminal, and how a flight began.
+PAGE_COLUMNS = (
+    *COLUMNS[:4],
+    Column("scale error after 10 s", "", "%", lambda f: f.headline.early_scale_error_percent, 2, signed=True),
+    *COLUMNS[4:],
+    Column("first state", "", "s", lambda f: f.headline.first_state_s, 2),
+    Column("coverage", "", "%", lambda f: f.headline.coverage_percent, 1, least_is_worst=True),
+)
 
 #: Greatest error on any axis that range-VIO may have, in percent of the distance travelled.
 AXIS_TARGETS_PERCENT = {"outdoor": 0.4, "cruise": 0.6, "indoor": 0.2, "excitation": 0.02, "mars": 0.4}
@@ -60,15 +71,15 @@ def _entry(figures: Sequence[Figures], column: Column) -> str:
 
 
 def _markdown_table(results: Sequence[SceneResults]) -> list[str]:
-    head = ["scene", "flown as", "flights", *(f"{column.title} [{column.unit}]" for column in COLUMNS)]
-    lines = ["| " + " | ".join(head) + " |", "|---|---|---:|" + "---:|" * len(COLUMNS)]
+    head = ["scene", "flown as", "flights", *(f"{column.title} [{column.unit}]" for column in PAGE_COLUMNS)]
+    lines = ["| " + " | ".join(head) + " |", "|---|---|---:|" + "---:|" * len(PAGE_COLUMNS)]
     for result in results:
         for index, name in enumerate(name for name, _ in result.outcomes[0].replays()):
             figures = [found for outcome in result.outcomes if (found := outcome.replays()[index][1]) is not None]
             flown = len(result.outcomes)
             count = str(flown) if len(figures) == flown else f"{len(figures)} of {flown}"
             shown = f"**{name}**" if name == RANGE_VIO else name
-            cells = [result.scene.name if index == 0 else "", shown, count, *(_entry(figures, c) for c in COLUMNS)]
+            cells = [result.scene.name if index == 0 else "", shown, count, *(_entry(figures, c) for c in PAGE_COLUMNS)]
             lines.append("| " + " | ".join(cells) + " |")
     return lines
 
@@ -105,9 +116,13 @@ def _scene_text(result: SceneResults) -> list[str]:
         sentences.append(f"The greatest error of VIO is {ratio:.1f} times that of range-VIO.")
     if sentences:
         lines += ["", *textwrap.wrap(" ".join(sentences), LINE_WIDTH)]
+    alike: dict[tuple[str, str], list[str]] = {}
     for outcome in result.outcomes:
         for name, why in outcome.reasons.items():
-            lines += ["", *textwrap.wrap(f"Seed {outcome.seed}, {name}: {_one_line(why)}.", LINE_WIDTH)]
+            alike.setdefault((name, _one_line(why)), []).append(str(outcome.seed))
+    for (name, why), seeds in alike.items():
+        flights = f"Seed{'s' if len(seeds) > 1 else ''} {', '.join(seeds)}"
+        lines += ["", *textwrap.wrap(f"{flights}, {name}: {why}.", LINE_WIDTH)]
     return [*lines, ""]
 
 
