@@ -71,6 +71,9 @@ function(plumb_flight_library name)
   plumb_common(${name})
   target_link_libraries(${name} PUBLIC ${ARG_DEPS})
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    target_compile_options(${name} PRIVATE -fstack-usage)  # one .su file beside each object, for tools/budget
+  endif()
   set_property(GLOBAL APPEND PROPERTY PLUMB_FLIGHT_LIBRARIES ${name})
 endfunction()
 

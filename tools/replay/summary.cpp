@@ -1,11 +1,10 @@
 #include "tools/replay/summary.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <array>
 #include <cinttypes>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -36,10 +35,14 @@ Distribution distribution_of(std::vector<double> values) {
 
 Json to_json(const Distribution& d) { return {{"mean", d.mean}, {"median", d.median}, {"p95", d.p95}, {"max", d.max}}; }
 
+/// Of this program; getrusage() would count what its parent had when it started it.
 double peak_rss_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux gives KiB
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kib = 0.0;
+    if (word == "VmHWM:" && status >> kib) return kib / 1024.0;
+  }
+  return 0.0;
 }
 
 double coverage(const Session& session, const FlightTotals& totals) {

@@ -75,11 +75,11 @@ def find_scene(name: str) -> Scene:
     return Scene(file.stem, file)
 
 
-def build(steps: Steps, out: Path, target: str = "plumb-replay") -> None:
+def build(steps: Steps, out: Path, target: str = "plumb-replay", preset: str = "flight") -> None:
     """Builds what flies, with its logs in `out`."""
     with steps.step("build") as step:
-        step.run("configure", ["cmake", "--preset", "flight", "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
-        command = ["cmake", "--build", ROOT / "build/flight", "--target", target]
+        step.run("configure", ["cmake", "--preset", preset, "-S", ROOT, "--log-level=WARNING"], out / "configure.log")
+        command = ["cmake", "--build", ROOT / "build" / preset, "--target", target]
         step.run("build", [*command, "--parallel", str(os.cpu_count() or 1)], out / "build.log")
 
 

@@ -1,0 +1,1 @@
+"""What the flight software may cost, and what it costs."""

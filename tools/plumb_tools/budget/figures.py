@@ -1,0 +1,81 @@
+"""Measures what the flight software costs: memory, stacks, heap calls and instructions."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[3]
+PROCESS = "plumb-fsw"
+#: Folders of the flight software whose code is counted, each with its library in the build.
+FLIGHT_FOLDERS = ("fsw", "drivers")
+
+sys.path.insert(0, str(ROOT / "test" / "budget"))
+import instruction_budget  # noqa: E402
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One thing measured."""
+
+    key: str  #: in budgets.yaml
+    what: str
+    value: float
+
+
+def _lines(command: list[str | Path]) -> list[str]:
+    return subprocess.run([str(word) for word in command], check=True, capture_output=True, text=True).stdout.splitlines()
+
+
+def sections(build: Path) -> Iterator[Figure]:
+    """Of the flight process and of each library that flies in it."""
+    text, data, bss = _lines(["size", build / "bin" / PROCESS])[1].split()[:3]
+    yield Figure("process.text", f"{PROCESS}: code and constants", float(text))
+    yield Figure("process.data", f"{PROCESS}: initialised data", float(data))
+    yield Figure("process.bss", f"{PROCESS}: static memory", float(bss))
+    for folder in FLIGHT_FOLDERS:
+        for library in sorted((build / folder).glob("*/*.a")):
+            total = sum(int(line.split()[0]) for line in _lines(["size", library])[1:])
+            yield Figure(f"text.{folder}/{library.parent.name}", f"{folder}/{library.parent.name}: code", float(total))
+
+
+def stacks(build: Path) -> Iterator[Figure]:
+    """Of the functions in the flight libraries, as the compiler worked them out (-fstack-usage)."""
+    deepest, unbounded = 0, 0
+    for folder in FLIGHT_FOLDERS:
+        for report in (build / folder).rglob("*.su"):
+            for line in report.read_text(encoding="utf-8").splitlines():
+                _, size, kind = line.split("\t")
+                deepest = max(deepest, int(size))
+                unbounded += kind == "dynamic"
+    yield Figure("stack.frame", "largest stack frame of a function", float(deepest))
+    yield Figure("stack.unbounded", "functions whose frame the compiler cannot bound", float(unbounded))
+
+
+def replayed(build: Path, recording: Path) -> Iterator[Figure]:
+    """Heap calls and memory of a whole recorded flight."""
+    with tempfile.TemporaryDirectory() as out:
+        _lines([build / "bin" / "plumb-replay", "--asl", recording, "--out", out])
+        summary = json.loads((Path(out) / "summary.json").read_text(encoding="utf-8"))
+    heap = summary["heap_calls"]
+    yield Figure("heap.calls", "heap calls in estimator, tracker and the rest of fsw", float(sum(heap.values())))
+    yield Figure("memory.resident", "resident memory of a replay at most, its reading of images included",
+                 summary["peak_rss_mib"] * 2.0**20)  # fmt: skip
+
+
+def instructions(build: Path, recording: Path, images: int) -> Iterator[Figure]:
+    """On 64-bit ARM, mean over the images that the running filter processed."""
+    costs, _ = instruction_budget.count(build, recording, "flight", images)
+    names = list(instruction_budget.REGIONS.values())
+    means = dict(zip(names, costs.mean(axis=0), strict=True))
+    front_end = sum(means[name] for name in instruction_budget.FRONT_END)
+    yield Figure("arm64.front_end", "front end, instructions an image", front_end)
+    yield Figure("arm64.filter", "filter, instructions an image", float(np.sum(costs.mean(axis=0))) - front_end)
+    yield Figure("arm64.image", "whole image, instructions", float(np.sum(costs.mean(axis=0))))

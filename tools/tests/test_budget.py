@@ -1,0 +1,62 @@
+"""What the flight software costs stays within its budgets, and the command tells when it does not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plumb_tools.budget.__main__ import BUDGETS, Budget, accept, read_budgets, verdict
+from plumb_tools.budget.figures import ROOT, Figure, replayed, sections, stacks
+from plumb_tools.trajectory import InputError
+
+BUILD = ROOT / "build" / "flight"
+
+
+def _wrong(figures: list[Figure]) -> dict[str, str]:
+    budgets = read_budgets(BUDGETS)
+    return {figure.key: told for figure in figures if (told := verdict(figure, budgets.get(figure.key))) is not None}
+
+
+@pytest.mark.skipif(not (BUILD / "bin" / "plumb-fsw").exists(), reason="plumb-fsw is not built")
+def test_memory_and_stacks_are_within_budget() -> None:
+    figures = [*sections(BUILD), *stacks(BUILD)]
+    assert {figure.key for figure in figures} == {
+        key for key in read_budgets(BUDGETS) if not key.startswith(("heap.", "memory.", "arm64."))
+    }
+    assert _wrong(figures) == {}
+
+
+def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> None:
+    assert _wrong(list(replayed(BUILD, euroc_mh01))) == {}
+
+
+@pytest.mark.parametrize(
+    ("value", "budget", "expected"),
+    [
+        (100.0, Budget(100.0, 100.0), None),
+        (101.0, Budget(100.0, None), "over budget"),
+        (98.0, Budget(100.0, 96.0), "was 96, +2.1 %"),
+        (50.0, Budget(100.0, 96.0), "was 96, -47.9 %"),
+        (1.0, Budget(0.0, 0.0), "over budget"),
+        (50.0, Budget(100.0, None), None),
+        (50.0, None, "has no budget"),
+    ],
+)
+def test_verdict(value: float, budget: Budget | None, expected: str | None) -> None:
+    assert verdict(Figure("key", "what", value), budget) == expected
+
+
+def test_accepting_keeps_comments_and_what_was_not_measured(tmp_path: Path) -> None:
+    file = tmp_path / "budgets.yaml"
+    file.write_text("# why\na: {most: 9, reviewed: 1}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3}\n")
+    accept([Figure("a", "", 5.0), Figure("b", "", 6.0)], file)
+    assert file.read_text() == "# why\na: {most: 9, reviewed: 5}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3}\n"
+
+
+@pytest.mark.parametrize("text", ["a: 5", "a: {most: much, reviewed: 1}", "a: {most: 1}", "[", ""])
+def test_a_file_without_budgets_is_named(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "budgets.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"budgets\.yaml: expected lines of KEY"):
+        read_budgets(file)
