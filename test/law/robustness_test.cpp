@@ -22,10 +22,44 @@ constexpr double kFault_s = 8.0;  // from here
 constexpr double kOver_s = 13.0;  // to here, where a fault ends
 constexpr double kEnd_s = 25.0;
 
-bool at_fault(Time t) {
-  const double t_s = (t - sim::flight_epoch()).seconds();
-  return t_s > kFault_s && t_s < kOver_s;
-}
+double flight_s(Time t) { return (t - sim::flight_epoch()).seconds(); }
+
+bool at_fault(Time t) { return flight_s(t) > kFault_s && flight_s(t) < kOver_s; }
+
+/// What the filter says of itself, from which a user sees that something is wrong.
+struct Told {
+  std::set<NavMode> modes;            ///< during the fault
+  std::uint64_t images_unused = 0;    ///< during the fault: they came, and no feature of theirs was of use
+  std::uint64_t tracks_rejected = 0;  ///< from the fault on
+  std::uint64_t ranged_rejected = 0;  ///< of them those whose range is in the rows
+  double nis_sum = 0.0;               ///< of the features, during the fault; 2 of each is right
+  std::uint64_t nis_features = 0;
+  double velocity_sigma_before_m_s = 0.0;  ///< along the flight
+  double velocity_sigma_worst_m_s = 0.0;   ///< from the fault on
+
+  void note(const NavState& state, const FrameReport& report) {
+    constexpr std::size_t kVelocity = 3 * (kNavErrorSize + 1);
+    const double sigma_m_s = std::sqrt(state.covariance[kVelocity]);
+    if (flight_s(state.t) <= kFault_s) {
+      velocity_sigma_before_m_s = sigma_m_s;
+      return;
+    }
+    velocity_sigma_worst_m_s = std::max(velocity_sigma_worst_m_s, sigma_m_s);
+    tracks_rejected += report.slam_rejected + report.msckf_rejected;
+    ranged_rejected += report.ranged_rejected;
+    if (!at_fault(state.t)) return;
+    modes.insert(mode_at_image(state, {}));
+    if (report.slam_used + report.msckf_used == 0) ++images_unused;
+    nis_sum += report.slam_nis;
+    nis_features += report.slam_used + report.slam_rejected;
+  }
+  double mean_nis() const { return nis_sum / static_cast<double>(nis_features); }
+};
+
+// Above what a flight without a fault tells (NothingWrong).
+constexpr std::uint64_t kManyTracks = 250;
+constexpr std::uint64_t kManyRanges = 10;
+constexpr double kSuspiciousNis = 2.15;  // of several thousand features: 2 +- 0.02
 
 class Robustness : public testing::Test {
  protected:
@@ -42,10 +76,7 @@ class Robustness : public testing::Test {
       valid_always = valid_always && (state.valid || !valid);
       valid = state.valid;
       ASSERT_TRUE(test::all_finite(state));
-      if (at_fault(state.t)) modes.insert(mode_at_image(state, {}));
-      const FrameReport& report = feed.estimator->report();
-      tracks_rejected += report.slam_rejected + report.msckf_rejected;
-      if (state.t < sim::flight_epoch() + Duration::from_seconds(kFault_s)) tracks_rejected_before = tracks_rejected;
+      told.note(state, feed.estimator->report());
     };
     feed.fly_until(kEnd_s);
     counters = feed.estimator->counters();
@@ -68,11 +99,9 @@ class Robustness : public testing::Test {
   }
 
   sim::FlightSettings settings;
-  std::set<NavMode> modes;  ///< during the fault
+  Told told;
   bool valid = false;
   bool valid_always = true;
-  std::uint64_t tracks_rejected = 0;
-  std::uint64_t tracks_rejected_before = 0;
   EstimatorCounters counters;
   NavState end;
   double speed_error_m_s = 0.0;
@@ -81,7 +110,12 @@ class Robustness : public testing::Test {
 TEST_F(Robustness, NothingWrong) {
   fly([](Feed&) {});
   expect_recovered();
-  EXPECT_EQ(modes, std::set{NavMode::kRangeVio});
+  EXPECT_EQ(told.modes, std::set{NavMode::kRangeVio});
+  EXPECT_EQ(told.images_unused, 0U);
+  EXPECT_LT(told.tracks_rejected, kManyTracks);
+  EXPECT_LT(told.ranged_rejected, kManyRanges);
+  EXPECT_LT(told.mean_nis(), kSuspiciousNis);
+  EXPECT_LT(told.velocity_sigma_worst_m_s, 1.1 * told.velocity_sigma_before_m_s);
 }
 
 // A fifth of the tracks sit on something that drives along, at half the speed of the vehicle.
@@ -96,7 +130,7 @@ TEST_F(Robustness, MovingObjects) {
     };
   });
   expect_recovered();
-  EXPECT_GT(tracks_rejected, tracks_rejected_before + 50);
+  EXPECT_GT(told.tracks_rejected, kManyTracks);
 }
 
 // Texture that repeats: a track jumps to a twin of its patch and stays there.
@@ -104,12 +138,14 @@ TEST_F(Robustness, RepeatedTexture) {
   settings.tracker.mismatch = 0.01;
   fly([](Feed&) {});
   expect_recovered();
+  EXPECT_GT(told.tracks_rejected, kManyTracks);
 }
 
 TEST_F(Robustness, SingleWrongObservations) {
   settings.tracker.outlier = 0.05;
   fly([](Feed&) {});
   expect_recovered();
+  EXPECT_GT(told.tracks_rejected, kManyTracks);
 }
 
 // The light changes at once: every track is lost and others begin, once a second.
@@ -124,11 +160,13 @@ TEST_F(Robustness, AbruptLight) {
     };
   });
   expect_recovered();
+  EXPECT_GE(told.images_unused, 5U);  // one for each change
 }
 
 TEST_F(Robustness, NoImages) {
   fly([](Feed& feed) { feed.on_image = [](Time t) { return !at_fault(t); }; });
   expect_recovered();
+  EXPECT_GT(told.velocity_sigma_worst_m_s, 3.0 * told.velocity_sigma_before_m_s);
 }
 
 TEST_F(Robustness, ImagesWithoutFeatures) {
@@ -139,13 +177,14 @@ TEST_F(Robustness, ImagesWithoutFeatures) {
     };
   });
   expect_recovered();
-  EXPECT_TRUE(modes.contains(NavMode::kInertial));
+  EXPECT_GT(told.velocity_sigma_worst_m_s, 3.0 * told.velocity_sigma_before_m_s);
+  EXPECT_TRUE(told.modes.contains(NavMode::kInertial));
 }
 
 TEST_F(Robustness, NoRanges) {
   fly([](Feed& feed) { feed.on_range = [](RangeSample& range) { return !at_fault(range.t); }; });
   expect_recovered();
-  EXPECT_TRUE(modes.contains(NavMode::kVio));
+  EXPECT_TRUE(told.modes.contains(NavMode::kVio));
 }
 
 TEST_F(Robustness, NeitherImagesNorRanges) {
@@ -154,6 +193,7 @@ TEST_F(Robustness, NeitherImagesNorRanges) {
     feed.on_range = [](RangeSample& range) { return !at_fault(range.t); };
   });
   expect_recovered();
+  EXPECT_GT(told.velocity_sigma_worst_m_s, 3.0 * told.velocity_sigma_before_m_s);
 }
 
 // A bird, a branch, a lamp: every tenth range is seven metres short.
@@ -165,6 +205,7 @@ TEST_F(Robustness, SevenMetresShort) {
     };
   });
   expect_recovered();
+  EXPECT_GT(told.ranged_rejected, kManyRanges);
 }
 
 // A device that repeats its last value while the ground below goes up and down.
@@ -181,6 +222,7 @@ TEST_F(Robustness, RangeFinderStuck) {
     };
   });
   expect_recovered();
+  EXPECT_GT(told.ranged_rejected, kManyRanges);
 }
 
 // Echoes on a detour: every fifth range is up to a third too long.
@@ -192,6 +234,7 @@ TEST_F(Robustness, MultiplePaths) {
     };
   });
   expect_recovered();
+  EXPECT_GT(told.ranged_rejected, kManyRanges);
 }
 
 // An accelerometer at the end of its scale for a moment, ten times.
@@ -206,6 +249,7 @@ TEST_F(Robustness, AccelerometerSaturates) {
     };
   });
   expect_recovered();
+  EXPECT_GT(told.mean_nis(), kSuspiciousNis);
 }
 
 TEST_F(Robustness, ImuSamplesMissing) {
@@ -213,6 +257,7 @@ TEST_F(Robustness, ImuSamplesMissing) {
     feed.on_imu = [&n](ImuSample& sample) { return !at_fault(sample.t) || ++n % 50 >= 12; };  // 48 ms of 200
   });
   expect_recovered();
+  EXPECT_GT(told.images_unused, 0U);  // those that came in a hole
   EXPECT_EQ(counters.imu_gaps, 0U);
 }
 
@@ -230,6 +275,7 @@ TEST_F(Robustness, Vibration) {
     };
   });
   expect_recovered();
+  EXPECT_GT(told.mean_nis(), kSuspiciousNis);
 }
 
 }  // namespace
