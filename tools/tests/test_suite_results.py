@@ -96,6 +96,12 @@ def test_seeds_may_be_given_scene_by_scene(flown: list[str], tmp_path: Path) -> 
     assert flown == ["simulate outdoor 1", "fly outdoor, seed 1"]
 
 
+def test_seeds_may_begin_later(flown: list[str], tmp_path: Path) -> None:
+    text = _run(tmp_path, "--scenes", "outdoor", "--first-seed", "7")
+    assert flown == [f"{done} {seed}" for seed in (7, 8) for done in ("simulate outdoor", "fly outdoor, seed")]
+    assert "tools/score --suite --scenes outdoor --first-seed 7 --seeds 2" in text
+
+
 def test_second_run_flies_nothing_and_a_new_build_everything(flown: list[str], tmp_path: Path) -> None:
     first = _run(tmp_path)
     flown.clear()

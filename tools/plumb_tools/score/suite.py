@@ -62,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--suite", action="store_true", required=True, help="this help is about the suite")
     parser.add_argument("--scenes", metavar="A,B:N", help="scenes by name or file (default: all of tools/scenes)")
     parser.add_argument("--seeds", metavar="N", type=whole_number(1), default=DEFAULT_SEEDS, help="default: %(default)s")
+    parser.add_argument("--first-seed", metavar="N", type=whole_number(1), default=1, help="default: %(default)s")
     parser.add_argument("--out", metavar="FILE", type=Path, help=f"default, of all scenes: {DEFAULT_OUT}")
     parser.add_argument("--discard", action="store_true", help="delete each flight once it is scored")
     parser.add_argument(
@@ -133,7 +134,7 @@ def _suite(arguments: argparse.Namespace, console: Console) -> None:
     pipeline.build(steps, arguments.work)
     for item in items:
         outcomes = []
-        for seed in range(1, item.seeds + 1):
+        for seed in range(arguments.first_seed, arguments.first_seed + item.seeds):
             folders = Folders(arguments.work / item.scene.name / f"seed-{seed}")
             outcomes.append(fly_one(steps, item.scene, seed, folders, arguments.discard))
         console.print(terminal_table(outcomes, console.width))
@@ -141,6 +142,7 @@ def _suite(arguments: argparse.Namespace, console: Console) -> None:
             console.print(line, highlight=False, markup=False)
         results.append(SceneResults(item.scene, outcomes))
     options = "" if arguments.scenes is None else f" --scenes {arguments.scenes}"
+    options += "" if arguments.first_seed == 1 else f" --first-seed {arguments.first_seed}"
     text = markdown(results, f"tools/score --suite{options} --seeds {arguments.seeds}")
     if page is None:
         console.print(text, highlight=False, markup=False, soft_wrap=True)
