@@ -127,6 +127,20 @@ TEST_F(BadLog, TellsALogThatIsCutShortOrNone) {
   EXPECT_EQ(run_replay("--log " + quoted(results_.path() / "missing.lcm")).exit_code, 2);
 }
 
+// As after a disk that kept plumb-fsw's log waiting for more than a second. Not a bad log at all.
+TEST_F(BadLog, ManyImagesMayStandBeforeTheFramesThatReferToThem) {
+  Log log = read_log(log_);
+  const auto is_early = [](const Event& event) {
+    return event.channel == "CALIBRATION" || event.channel == "PARAMS" || event.channel == "CAMERA";
+  };
+  std::stable_partition(log.begin(), log.end(), is_early);
+  const fs::path early = results_.path() / "early.lcm";
+  write_log(early, log);
+  const ReplayResult result = run_replay("--log " + quoted(early));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.out.find(", all equal"), std::string::npos) << result.out;
+}
+
 // Other pixels give other states. Only who changes the flight himself may expect that.
 TEST_F(BadLog, TellsAFlightThatIsNotTheOneRecorded) {
   Log altered = read_log(log_);

@@ -160,7 +160,8 @@ class LogSource final : public Source {
     if (images_.size() > kKeptImages) images_.pop_front();
   }
 
-  ImageView image_of(const InputFrame& input) const {
+  /// Frames refer to images in order: those before this one are of no use any more.
+  ImageView image_of(const InputFrame& input) {
     const std::string name = "image " + std::to_string(input.camera.sequence);
     const auto kept = std::find_if(images_.begin(), images_.end(), [&input](const KeptImage& candidate) {
       return candidate.frame.sequence == input.camera.sequence;
@@ -169,7 +170,8 @@ class LogSource final : public Source {
       fail("channel CAMERA: " + name + " is not before the INPUT_FRAME that refers to it");
     }
     const CameraCalibration& camera = session_.calibration.camera;
-    const ImageView& image = kept->frame.image;
+    images_.erase(images_.begin(), kept);
+    const ImageView& image = images_.front().frame.image;
     if (image.width != camera.width || image.height != camera.height) {
       fail("channel CAMERA: " + name + " is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
            " px; expected the resolution of CALIBRATION, " + std::to_string(camera.width) + " x " +
@@ -188,8 +190,9 @@ class LogSource final : public Source {
   std::unique_ptr<LcmLogReader> reader_;
   LogEvent event_;
   Time t_last_tick_ = Time::never();
-  /// Live, a few images are on their way to the nav job at once.
-  static constexpr std::size_t kKeptImages = 16;
+  /// When the disk kept plumb-fsw's log waiting, all that its queue of images holds, 4 MiB, stands before the frames
+  /// that refer to them: this is enough for images of 160 x 120 px and more.
+  static constexpr std::size_t kKeptImages = 256;
   struct KeptImage {
     std::vector<std::uint8_t> message;
     CameraFrame frame;  ///< its pixels are in `message`
