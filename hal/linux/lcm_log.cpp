@@ -71,6 +71,7 @@ Status LcmLogReader::next(LogEvent& event) {
   position_ += kEventHeaderBytes + event_->channellen + event_->datalen;
   if (std::ftell(log_->f) != position_) return Status::kInvalidValue;
   event.channel.assign(event_->channel, static_cast<std::size_t>(event_->channellen));
+  event.t = Time::from_ns(detail::saturating_mul(event_->timestamp, 1000));
   event.message = {static_cast<const std::uint8_t*>(event_->data), static_cast<std::size_t>(event_->datalen)};
   return Status::kOk;
 }

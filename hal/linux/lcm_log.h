@@ -34,6 +34,7 @@ class LcmLogWriter final : public LogSink {
 /// One message of a log. Valid until the next read.
 struct LogEvent {
   std::string channel;
+  Time t;  ///< in whole microseconds
   std::span<const std::uint8_t> message;
 };
 

@@ -17,6 +17,7 @@ from devices_flight import HEIGHT, WIDTH, CompleteFlight, MadeUpCalibration, Mad
 from plumb_tools.message_types import types
 from plumb_tools.sim.devices.can_range import CanRangeSettings
 from plumb_tools.sim.devices.log import DeviceSettings, write_log
+from plumb_tools.sim.devices.stim300 import Stim300Settings
 
 SECONDS = 1.0
 
@@ -76,10 +77,11 @@ def test_serial_bytes_are_whole_in_the_log(flight: MadeUpFlight, tmp_path: Path)
     assert [chunk.bytes[0] for chunk in chunks[:4]] == [0xB1, 0xB5, 0xBC, 0x91]
     assert all(len(chunk.bytes) == 256 and not any(chunk.bytes[chunk.size :]) for chunk in chunks)
     samples = chunks[-len(flight.imu_t_ns) :]
-    wire_and_latency_ns = round(28 * 10 * 1e9 / 921600) + 506_000
-    assert [chunk.time_ns - wire_and_latency_ns for chunk in samples] == flight.imu_t_ns.tolist()
+    delay_ns = 7_950_000 + 506_000 + round(28 * 10 * 1e9 / 921600)  # of the filter, to the line, on the line
+    assert [chunk.time_ns - delay_ns for chunk in samples] == flight.imu_t_ns.tolist()
     x_counts = [int.from_bytes(chunk.bytes[1:4], "big", signed=True) for chunk in samples]
-    assert np.max(np.abs(np.array(x_counts) / 2**14 - np.degrees(flight.imu_gyro_rad_s[:, 0]))) < 2**-14
+    rates_deg_s = np.array(x_counts) * 250.0 / 2**21  # angles in the time of one sample
+    assert np.max(np.abs(rates_deg_s - np.degrees(flight.imu_gyro_rad_s[:, 0]))) < 250.0 / 2**21
 
 
 def test_transfers_of_the_range_finder_are_whole_in_the_log(flight: MadeUpFlight, tmp_path: Path) -> None:
@@ -240,8 +242,9 @@ def test_an_unknown_range_finder_is_refused(flight: MadeUpFlight, tmp_path: Path
 
 def test_devices_cannot_start_before_the_zero_of_the_clock(flight: MadeUpFlight, tmp_path: Path) -> None:
     flight.imu_t_ns = flight.imu_t_ns - flight.imu_t_ns[0]
+    settings = DeviceSettings(stim300=Stim300Settings())
     with pytest.raises(ValueError, match="RAW_STIM300: the device would have to start"):
-        write_log(flight, tmp_path / "flight.lcm")
+        write_log(flight, tmp_path / "flight.lcm", settings=settings)
 
 
 def test_the_log_player_plays_it(flight: MadeUpFlight, tmp_path: Path) -> None:

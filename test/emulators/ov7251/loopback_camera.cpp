@@ -1,10 +1,5 @@
 #include "test/emulators/ov7251/loopback_camera.h"
 
-#include <fcntl.h>
-#include <linux/videodev2.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -21,36 +16,28 @@ LoopbackCamera::LoopbackCamera(const std::string& device) : device_(device) {
   put_back();
 }
 
-void LoopbackCamera::pull() { thread_ = {}; }
-
-void LoopbackCamera::put_back() {
-  const int file = open(device_.c_str(), O_RDWR | O_CLOEXEC);
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  format.fmt.pix.width = Ov7251Emulator::kWidth;
-  format.fmt.pix.height = Ov7251Emulator::kHeight;
-  format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
-  format.fmt.pix.field = V4L2_FIELD_NONE;
-  format.fmt.pix.bytesperline = Ov7251Emulator::kWidth;
-  format.fmt.pix.sizeimage = Ov7251Emulator::kWidth * Ov7251Emulator::kHeight;
-  if (file < 0 || ioctl(file, VIDIOC_S_FMT, &format) != 0 || format.fmt.pix.pixelformat != V4L2_PIX_FMT_GREY) {
-    if (file >= 0) close(file);
-    throw std::runtime_error(device_ + ": is no v4l2loopback device that takes grey images: " + std::strerror(errno));
-  }
-  thread_ = std::jthread([this, file](const std::stop_token& stop) { run(stop, file); });
+void LoopbackCamera::pull() {
+  thread_ = {};
+  output_.reset();
 }
 
-void LoopbackCamera::run(const std::stop_token& stop, int file) {
+void LoopbackCamera::put_back() {
+  std::string error;
+  output_ = hil::VideoOutput::open(device_, Ov7251Emulator::kWidth, Ov7251Emulator::kHeight, error);
+  if (output_ == nullptr) throw std::runtime_error(error);
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+void LoopbackCamera::run(const std::stop_token& stop) {
   auto next = std::chrono::steady_clock::now();
   std::vector<std::uint8_t> image;
   while (!stop.stop_requested()) {
     image = images_[static_cast<std::size_t>(next_index_ % kImages)];
     std::memcpy(image.data(), &next_index_, kIndexBytes);
-    if (write(file, image.data(), image.size()) == static_cast<ssize_t>(image.size())) ++next_index_;
+    if (output_->write(image)) ++next_index_;
     next = std::max(next + std::chrono::nanoseconds(kPeriod_ns), std::chrono::steady_clock::now());
     std::this_thread::sleep_until(next);
   }
-  close(file);
 }
 
 std::int64_t LoopbackCamera::index_of(const ImageView& image) const {

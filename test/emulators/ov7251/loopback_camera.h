@@ -2,11 +2,13 @@
 // The emulated sensor's images into a v4l2loopback device, from which any program captures them as from a camera.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "fsw/measurement/samples.h"
+#include "tools/hil/video_output.h"
 
 namespace plumb::emulator {
 
@@ -31,11 +33,12 @@ class LoopbackCamera {
   /// The index is in the first pixels.
   static constexpr int kIndexBytes = 8;
 
-  void run(const std::stop_token& stop, int file);
+  void run(const std::stop_token& stop);
 
   std::string device_;
   std::vector<std::vector<std::uint8_t>> images_;
   std::int64_t next_index_ = 0;
+  std::unique_ptr<hil::VideoOutput> output_;
   std::jthread thread_;  // last: it uses the others
 };
 

@@ -4,8 +4,8 @@
 #include <mutex>
 #include <thread>
 
-#include "test/emulators/pseudo_terminal.h"
 #include "test/emulators/stim300/stim300_emulator.h"
+#include "tools/hil/pseudo_terminal.h"
 
 namespace plumb::emulator {
 
@@ -29,7 +29,7 @@ class Stim300OnPty {
   void run(const std::stop_token& stop);
   void exchange();
 
-  PseudoTerminal line_;
+  hil::PseudoTerminal line_;
   std::mutex mutex_;
   Stim300Emulator unit_;
   std::jthread thread_;  // last: it uses the others

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "hal/linux/monotonic_clock.h"
-#include "test/emulators/pseudo_terminal.h"
 #include "test/support/temporary_folder.h"
+#include "tools/hil/pseudo_terminal.h"
 
 namespace plumb::test {
 namespace {
 
-using emulator::PseudoTerminal;
+using hil::PseudoTerminal;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr Duration kSoon = Duration::from_ms(2000);

@@ -39,12 +39,18 @@ RangeFinder = Literal["lidar_lite", "can"]
 _EVENT_HEADER_BYTES = 4 + 8 + 8 + 4 + 4
 _PROGRESS_STEPS = 200
 
+#: Of a STIM300 with filters at 262 Hz, delayed gyros and increments at 250 Hz, which its driver takes off a stamp:
+#: filter, delay of the gyros, and from the middle of 8 internal samples, 0.5 ms apart, to the last.
+_GROUP_DELAY_NS = 2_200_000 + 4_000_000 + 1_750_000
+
 
 @dataclass(frozen=True)
 class DeviceSettings:
-    """How the devices are set up; by default as on the reference vehicle."""
+    """How the devices are set up; by default as on the reference vehicle, so that plumb-fsw flies by what they say."""
 
-    stim300: Stim300Settings = field(default_factory=Stim300Settings)
+    stim300: Stim300Settings = field(
+        default_factory=lambda: Stim300Settings(incremental=True, group_delay_ns=_GROUP_DELAY_NS)
+    )
     lidar_lite: LidarLiteSettings = field(default_factory=LidarLiteSettings)
     can_range: CanRangeSettings = field(default_factory=CanRangeSettings)
     camera: CameraSettings = field(default_factory=CameraSettings)

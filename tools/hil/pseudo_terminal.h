@@ -1,5 +1,5 @@
 #pragma once
-// A real serial line without hardware: the driver under test opens device(), an emulator holds the other end.
+// A real serial line without hardware: a driver opens device(), whoever has this holds the other end.
 
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace plumb::emulator {
+namespace plumb::hil {
 
 class PseudoTerminal {
  public:
@@ -25,7 +25,7 @@ class PseudoTerminal {
       throw std::runtime_error("no pseudo-terminal can be made");
     }
     device_ = name.data();
-    // Before anyone opens it the line echoes; an emulator must not hear itself.
+    // Before anyone opens it the line echoes; this end must not hear itself.
     termios2 mode{};
     mode.c_cflag = CS8 | CREAD | B38400;
     if (ioctl(file_, TCSETS2, &mode) != 0) throw std::runtime_error("the pseudo-terminal cannot be set up");
@@ -61,4 +61,4 @@ class PseudoTerminal {
   std::string device_;
 };
 
-}  // namespace plumb::emulator
+}  // namespace plumb::hil
