@@ -9,7 +9,6 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "hal/linux/can_socket.h"
 #include "hal/linux/frame_message.h"
 #include "test/emulators/can_range/can_range_encoder.h"
 
@@ -38,83 +37,131 @@ bool is_readable(int file, int timeout_ms) {
   return poll(&waiting, 1, timeout_ms) > 0;
 }
 
-std::vector<std::vector<std::uint8_t>> all_images(double longest_s) {
+std::vector<std::vector<std::uint8_t>> all_images(double longest_s, std::int64_t period_ns) {
   const PlaneFlight flight(0.0);
   std::vector<std::vector<std::uint8_t>> images;
-  const auto count = static_cast<std::int64_t>(longest_s * 1e9) / EmulatedVehicle::kImagePeriod_ns;
-  for (std::int64_t i = 0; i < count; ++i) {
-    images.push_back(flight.image(1e-9 * static_cast<double>(i * EmulatedVehicle::kImagePeriod_ns)));
-  }
+  const auto count = static_cast<std::int64_t>(longest_s * 1e9) / period_ns;
+  for (std::int64_t i = 0; i < count; ++i) images.push_back(flight.image(1e-9 * static_cast<double>(i * period_ns)));
   return images;
+}
+
+std::unique_ptr<LinuxCanSocket> open_can(const std::string& name) {
+  if (name.empty()) return nullptr;
+  std::string error;
+  std::unique_ptr<LinuxCanSocket> bus = LinuxCanSocket::open(name, error);
+  if (bus == nullptr) throw std::runtime_error(error);
+  return bus;
+}
+
+std::unique_ptr<hil::VideoOutput> open_video(const std::string& device) {
+  if (device.empty()) return nullptr;
+  std::string error;
+  auto video = hil::VideoOutput::open(device, PlaneFlight::kWidth, PlaneFlight::kHeight, error);
+  if (video == nullptr) throw std::runtime_error(error);
+  return video;
 }
 
 }  // namespace
 
-EmulatedVehicle::EmulatedVehicle(std::filesystem::path camera_socket, std::string can, double longest_s)
-    : socket_path_(std::move(camera_socket)),
-      can_(std::move(can)),
-      images_(all_images(longest_s)),
+EmulatedVehicle::EmulatedVehicle(VehicleInterfaces interfaces, double longest_s)
+    : interfaces_(std::move(interfaces)),
+      images_(all_images(longest_s, interfaces_.image_period_ns)),
+      can_(open_can(interfaces_.can)),
+      video_(open_video(interfaces_.camera_device)),
+      listening_(interfaces_.camera_socket.empty() ? -1 : listen_at(interfaces_.camera_socket)),
       t_start_ns_(now_ns()),
       flight_(1e-9 * static_cast<double>(t_start_ns_)),
-      listening_(listen_at(socket_path_)),
       imu_({}, 1) {
   imu_.with_unit([this](emulator::Stim300Emulator& unit) {
     unit.set_rate([this](double t_s) { return flight_.rate_rad_s(t_s); });
     unit.set_specific_force([this](double t_s) { return flight_.force_m_s2(t_s); });
   });
   camera_ = std::jthread([this](const std::stop_token& stop) { show(stop); });
-  if (!can_.empty()) range_ = std::jthread([this](const std::stop_token& stop) { measure(stop); });
+  if (can_ != nullptr) range_ = std::jthread([this](const std::stop_token& stop) { measure_on_can(stop); });
+  if (interfaces_.lidar_lite != nullptr) {
+    lidar_lite_ = std::make_unique<LidarLiteServed>(interfaces_.lidar_lite, "v3");
+    range_ = std::jthread([this](const std::stop_token& stop) { measure_on_i2c(stop); });
+  }
 }
 
 EmulatedVehicle::~EmulatedVehicle() {
   camera_ = {};
   range_ = {};
-  close(listening_);
+  if (listening_ >= 0) close(listening_);
+}
+
+void EmulatedVehicle::plug(VehicleDevice device, bool in) {
+  away_[static_cast<std::size_t>(device)].store(!in);
+  if (device == VehicleDevice::kImu) {
+    imu_.with_unit([in](emulator::Stim300Emulator& unit) { unit.faults().unplugged = !in; });
+  }
 }
 
 // A frame is sent at its end, exposure and readout after its middle less half an exposure.
 void EmulatedVehicle::show(const std::stop_token& stop) {
   int client = -1;
   for (std::size_t i = 0; i < images_.size() && !stop.stop_requested(); ++i) {
-    const std::int64_t t_middle_ns = t_start_ns_ + static_cast<std::int64_t>(i) * kImagePeriod_ns;
+    const std::int64_t t_middle_ns = t_start_ns_ + static_cast<std::int64_t>(i) * interfaces_.image_period_ns;
     const std::int64_t t_end_ns = t_middle_ns + kExposure_ns / 2 + kReadout_ns;
     sleep_until(t_end_ns);
-    if (client < 0 && is_readable(listening_, 0)) client = accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
-    if (client < 0) continue;
-    std::array<std::uint8_t, kFrameMessageBytes> request{};
-    while (is_readable(client, 0) && recv(client, request.data(), request.size(), 0) > 0) {
-      const Result<CameraMode> wanted = decode_start(request);
-      if (!wanted) continue;
-      const FrameMessage answer = encode_abilities(
-          {.mode = *wanted, .least = {Duration::from_us(10), 1.0}, .most = {Duration::from_ms(20), 16.0}});
-      send(client, answer.data(), answer.size(), MSG_NOSIGNAL);
+    if (is_away(VehicleDevice::kCamera)) {
+      video_.reset();
+      if (client >= 0) close(client);
+      client = -1;
+      continue;
     }
-    PortFrame frame;
-    frame.image = {.pixels = images_[i].data(),
-                   .width = PlaneFlight::kWidth,
-                   .height = PlaneFlight::kHeight,
-                   .stride = PlaneFlight::kWidth};
-    frame.t = Time::from_ns(t_end_ns);
-    frame.stamp = CameraStamp::kEndOfFrame;
-    frame.sequence = static_cast<std::uint32_t>(i);
-    frame.has_exposure = true;
-    frame.exposure = {.time = Duration::from_ns(kExposure_ns), .gain = 1.0};
-    const FrameMessage head = encode_frame(frame);
-    std::vector<std::uint8_t> message(head.begin(), head.end());
-    message.insert(message.end(), images_[i].begin(), images_[i].end());
-    send(client, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);  // what the host does not take is lost
+    if (video_ == nullptr) video_ = open_video(interfaces_.camera_device);
+    if (video_ != nullptr) video_->write(images_[i]);
+    if (listening_ >= 0) show_to_client(client, i, t_end_ns);
   }
   if (client >= 0) close(client);
 }
 
-void EmulatedVehicle::measure(const std::stop_token& stop) {
-  std::string error;
-  const std::unique_ptr<LinuxCanSocket> bus = LinuxCanSocket::open(can_, error);
-  if (bus == nullptr) throw std::runtime_error(error);
+void EmulatedVehicle::show_to_client(int& client, std::size_t index, std::int64_t t_end_ns) const {
+  if (client < 0 && is_readable(listening_, 0)) client = accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC);
+  if (client < 0) return;
+  std::array<std::uint8_t, kFrameMessageBytes> request{};
+  while (is_readable(client, 0) && recv(client, request.data(), request.size(), 0) > 0) {
+    const Result<CameraMode> wanted = decode_start(request);
+    if (!wanted) continue;
+    const FrameMessage answer = encode_abilities(
+        {.mode = *wanted, .least = {Duration::from_us(10), 1.0}, .most = {Duration::from_ms(20), 16.0}});
+    send(client, answer.data(), answer.size(), MSG_NOSIGNAL);
+  }
+  PortFrame frame;
+  frame.image = {.pixels = images_[index].data(),
+                 .width = PlaneFlight::kWidth,
+                 .height = PlaneFlight::kHeight,
+                 .stride = PlaneFlight::kWidth};
+  frame.t = Time::from_ns(t_end_ns);
+  frame.stamp = CameraStamp::kEndOfFrame;
+  frame.sequence = static_cast<std::uint32_t>(index);
+  frame.has_exposure = true;
+  frame.exposure = {.time = Duration::from_ns(kExposure_ns), .gain = 1.0};
+  const FrameMessage head = encode_frame(frame);
+  std::vector<std::uint8_t> message(head.begin(), head.end());
+  message.insert(message.end(), images_[index].begin(), images_[index].end());
+  send(client, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);  // what the host does not take is lost
+}
+
+void EmulatedVehicle::measure_on_can(const std::stop_token& stop) {
   for (unsigned i = 0; !stop.stop_requested(); ++i) {
     sleep_until(t_start_ns_ + static_cast<std::int64_t>(i) * kRangePeriod_ns);
+    if (is_away(VehicleDevice::kRange)) continue;
     const double range_m = flight_.height_m(1e-9 * static_cast<double>(now_ns()));
-    for (const CanFrame& frame : measurement_frames({}, range_m, 1, i % 32)) static_cast<void>(bus->send(frame));
+    for (const CanFrame& frame : measurement_frames({}, range_m, 1, i % 32)) static_cast<void>(can_->send(frame));
+  }
+}
+
+// The unit measures when it is asked to, what it was told last.
+void EmulatedVehicle::measure_on_i2c(const std::stop_token& stop) {
+  bool was_away = false;
+  for (std::int64_t i = 0; !stop.stop_requested(); ++i) {
+    sleep_until(t_start_ns_ + i * kRangePeriod_ns / 2);
+    lidar_lite_->set("range_m " + std::to_string(flight_.height_m(1e-9 * static_cast<double>(now_ns()))));
+    const bool is_away_now = is_away(VehicleDevice::kRange);
+    if (is_away_now != was_away) lidar_lite_->set(is_away_now ? "dead 1" : "dead 0");
+    was_away = is_away_now;
   }
 }
 

@@ -3,11 +3,7 @@
 //
 // PLUMB_LIVE_SECONDS: length of a flight, 12 by default.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 
 #include <atomic>
 #include <chrono>
@@ -17,12 +13,11 @@
 #include <thread>
 
 #include "test/live/emulated_vehicle.h"
+#include "test/live/flight_program.h"
 #include "test/support/process.h"
 #include "test/support/service_socket.h"
 #include "test/support/temporary_folder.h"
 #include "test/unit/hal/kernel_part.h"
-
-extern char** environ;
 
 namespace plumb::test {
 namespace {
@@ -32,55 +27,6 @@ namespace fs = std::filesystem;
 double flight_length_s() {
   const char* wanted = std::getenv("PLUMB_LIVE_SECONDS");
   return wanted == nullptr ? 12.0 : std::atof(wanted);
-}
-
-std::string configuration(const EmulatedVehicle& vehicle, const fs::path& folder, const std::string& more) {
-  const std::string eye = "T_BS: {data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}\n";
-  return "log: " + (folder / "flight.lcm").string() + "\nimu:\n  device: " + vehicle.imu_device() + "\n  " + eye +
-         "  gyroscope_noise_density: 1e-4\n  gyroscope_random_walk: 1e-5\n"
-         "  accelerometer_noise_density: 2e-3\n  accelerometer_random_walk: 1e-3\n"
-         "camera:\n  socket: " +
-         (folder / "camera").string() +
-         "\n  rate_hz: 20\n  readout_ms: 8\n"
-         "  T_BS: {data: [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1]}\n"
-         "  camera_model: pinhole\n  resolution: [320, 240]\n  intrinsics: [250, 250, 159.5, 119.5]\n"
-         "  distortion_model: none\n" +
-         more;
-}
-
-/// plumb-fsw with its output in a file.
-class FlightProgram {
- public:
-  /// `niceness`: 0 is the system's usual share of its time, 19 the least.
-  FlightProgram(const fs::path& config, fs::path output, int niceness) : output_(std::move(output)) {
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 1, output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&actions, 1, 2);
-    std::string words[] = {"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()};
-    char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), words[4].data(), nullptr};
-    EXPECT_EQ(posix_spawnp(&process_, "nice", &actions, nullptr, arguments, environ), 0);
-    posix_spawn_file_actions_destroy(&actions);
-  }
-
-  /// Exit code.
-  int stop() {
-    kill(process_, SIGTERM);
-    int status = 0;
-    waitpid(process_, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-  std::string output() const { return content_of(output_); }
-
- private:
-  fs::path output_;
-  pid_t process_ = -1;
-};
-
-/// The number behind a word in the program's summary.
-long number_after(const std::string& text, const std::string& word) {
-  const std::size_t at = text.find(word);
-  return at == std::string::npos ? -1 : std::atol(text.c_str() + at + word.size());
 }
 
 /// Both ways of flying the log again give a state for most images, the hashes of the flight, and logs without a
@@ -112,10 +58,11 @@ LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
     const std::function<void()>& halfway = [] {}) {
   const double length_s = flight_length_s();
-  const EmulatedVehicle vehicle(folder / "camera", can, length_s + 10.0);
+  const EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
   const fs::path config = folder / "flight.yaml";
-  std::ofstream(config) << configuration(vehicle, folder, more);
-  FlightProgram program(config, folder / "output", niceness);
+  std::ofstream(config) << flight_configuration(vehicle, folder / "flight.lcm",
+                                                "socket: " + (folder / "camera").string(), more);
+  FlightProgram program(PLUMB_FSW, config, folder / "output", niceness);
   const std::chrono::duration<double> half(0.5 * length_s);
   std::this_thread::sleep_for(half);
   halfway();
@@ -192,9 +139,7 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
 TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBit) {
   PLUMB_NEEDS_KERNEL("CAN");
   const TemporaryFolder folder;
-  const LiveFlight flight = fly(folder.path(), "vcan0",
-                                "range:\n  can: vcan0\n  noise_stddev_m: 0.02\n  max_range_m: 40\n"
-                                "  axis_in_cam: [0, 0, 1]\n  origin_in_cam_m: [0, 0, 0]\n");
+  const LiveFlight flight = fly(folder.path(), "vcan0", range_section("can: vcan0"));
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
   expect_equal_replays(folder.path());

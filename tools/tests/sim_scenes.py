@@ -62,14 +62,15 @@ def plan(folder: Path, changes: dict[str, Any] | None = None, seed: int = 0) -> 
     return prepare.plan(scene_file.read(path), path, seed, None, None, lambda *_: None)
 
 
-def fly_yard(folder: Path, duration_s: float) -> Path:
-    """A flight over a longer yard, simulated into a folder of its own."""
+def fly_yard(folder: Path, duration_s: float, with_log: bool = False) -> Path:
+    """A flight over a longer yard, simulated into a folder of its own. The log is that of its devices' bytes."""
     changes = {
         "trajectory.segments": [{"do": "hold", "duration_s": duration_s}],
         "scene.ground.extent_m": [-12, -12, 24, 12],
         "sensors.camera.rate_hz": 20,
+        "sensors.lrf.device": "can",
     }
     flown = plan(folder, changes, seed=1)
     flight = folder / "flight"
-    simulate.fly(flown, flight, kept.origin(flown.scene, 1, None, None, with_log=False), report=lambda *_: None)
+    simulate.fly(flown, flight, kept.origin(flown.scene, 1, None, None, with_log), report=lambda *_: None)
     return flight

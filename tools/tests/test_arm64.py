@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
 import sim_scenes
+from arm64_programs import ARM64, EMULATOR, HOST, expect_same_results, skip_unless_built
 
-ROOT = Path(__file__).resolve().parents[2]
-HOST = ROOT / "build/exact/bin"
-ARM64 = ROOT / "build/arm64-exact/bin"
-EMULATOR = ("qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"))
 REAL_IMAGES = 120
-BIT_FILES = ("states.csv", "covariance.csv", "features.csv", "trajectory_imu.tum")
 
 
 @pytest.fixture(autouse=True)
 def _built() -> None:
-    if shutil.which(EMULATOR[0]) is None or not all((folder / "plumb-replay").is_file() for folder in (HOST, ARM64)):
-        pytest.skip("the presets exact and arm64-exact are not built: tools/test --arm64")
+    skip_unless_built("plumb-replay", "plumb-exact-kernels", "plumb-contracted-kernels")
 
 
 def _first_images(recording: Path, to: Path, images: int) -> Path:
@@ -38,14 +32,9 @@ def _first_images(recording: Path, to: Path, images: int) -> Path:
 
 
 def _expect_same_bits(recording: Path, work: Path) -> None:
-    """Every image's state ends in a hash over all that the filter carries on, so equal files are equal bits."""
     for name, program in (("host", [str(HOST / "plumb-replay")]), ("arm64", [*EMULATOR, str(ARM64 / "plumb-replay")])):
         subprocess.run([*program, "--asl", str(recording), "--out", str(work / name)], check=True, capture_output=True)
-    for file in BIT_FILES:
-        host, arm64 = ((work / name / file).read_text().splitlines() for name in ("host", "arm64"))
-        assert len(host) == len(arm64) > 1
-        first = next((row for row, pair in enumerate(zip(host, arm64, strict=True)) if pair[0] != pair[1]), None)
-        assert first is None, f"{file} differs from line {first + 1} on:\n{host[first]}\n{arm64[first]}"
+    expect_same_results(work / "host", work / "arm64")
 
 
 def test_a_real_flight_gives_the_same_bits(euroc_mh01: Path, tmp_path: Path) -> None:

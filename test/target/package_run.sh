@@ -1,0 +1,34 @@
+#!/bin/sh
+# What tools/tests/test_target.py does with a package in the virtual flight computer. /host has small.lcm, a log to be
+# flown again, played.lcm, one to be played, and hil.yaml, the configuration of who flies by that. Flights are flown in
+# the machine's memory: waiting for the computer outside would take up time of the flight.
+plumb=/opt/plumb
+mkdir /tmp/flights
+cd /tmp/flights
+cp /host/small.lcm /host/played.lcm /host/hil.yaml .
+
+for program in $plumb/bin/*; do
+  $program --help >help.txt
+  echo "$program --help: $?" >>status.txt
+done
+$plumb/bin/plumb-fsw --dry-run $plumb/etc/flight.yaml >dry-run.txt 2>&1
+echo "dry run: $?" >>status.txt
+$plumb/bin/plumb-replay --log small.lcm --out again >again.txt 2>&1
+echo "replay: $?" >>status.txt
+
+/programs/target_tests --gtest_filter='LiveTarget*'
+echo "live flight: $?" >>status.txt
+
+# The flight computer is up before the first byte comes, so that none is lost.
+$plumb/bin/plumb-hil played.lcm --pty /tmp/imu --can vcan0 --video /dev/video9 --delay 4 >hil.txt 2>&1 &
+player=$!
+sleep 2
+$plumb/bin/plumb-fsw hil.yaml >hil-flight.txt 2>&1 &
+flight=$!
+wait $player
+echo "play: $?" >>status.txt
+sleep 1
+kill $flight
+wait $flight
+echo "flight by what is played: $?" >>status.txt
+cp -r status.txt dry-run.txt again again.txt flight.lcm flight.txt hil.txt hil-flight.txt hil.lcm /host/

@@ -1,0 +1,197 @@
+"""The package for 64-bit ARM in the virtual flight computer: it flies a log again, flies live with emulated devices
+that are pulled and put back, and flies by what plumb-hil plays. What is brought back is judged here.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import lcm
+import numpy as np
+import pytest
+import yaml
+
+import sim_scenes
+from arm64_programs import EMULATOR, HOST, ROOT, expect_same_results, skip_unless_built
+from plumb_tools.message_types import types
+
+SENSORS = ("imu", "camera", "range")  #: as SensorId in fsw/modes/sensor_health.h counts them
+SILENT = 0
+MODE_CHANGED, HEALTH_CHANGED = 16, 17
+FAILED = 4  #: NavMode
+MOST_SIGMAS = 3.0
+DEVICE = {"imu0": {"device": "/tmp/imu"}, "cam0": {"device": "/dev/video9"}, "range0": {"can": "vcan0"}}
+
+
+class Log:
+    """The messages of an LCM event log by channel, in order."""
+
+    def __init__(self, path: Path) -> None:
+        self._events: dict[str, list[lcm.Event]] = {}
+        for event in lcm.EventLog(str(path)):
+            self._events.setdefault(event.channel, []).append(event)
+
+    def messages(self, channel: str, type_name: str) -> list[Any]:
+        return [getattr(types(), type_name).decode(event.data) for event in self._events[channel]]
+
+    def stamps_ns(self, channel: str) -> list[int]:
+        return [event.timestamp * 1000 for event in self._events[channel]]
+
+    def serial_bytes(self) -> bytes:
+        return b"".join(bytes(read.bytes[: read.size]) for read in self.messages("RAW_STIM300", "raw_bytes_t"))
+
+
+@dataclass
+class Flown:
+    """What came back from the machine, and what replays with the package's programs in the emulator of one process."""
+
+    out: Path
+    replay: tuple[str, ...]
+
+
+def _configuration(flight: Path) -> dict[str, Any]:
+    """For who flies by what is played of a simulated flight: the keys of its sensor.yaml files are those of plumb-fsw."""
+    log = Log(flight / "flight.lcmlog")
+    middles = [image.time_ns for image in log.messages("CAMERA", "image_t")]
+    sections = {}
+    for name, sensor in (("imu", "imu0"), ("camera", "cam0"), ("range", "range0")):
+        content = yaml.safe_load((flight / f"mav0/{sensor}/sensor.yaml").read_text(encoding="utf-8"))
+        for key in ("sensor_type", "comment", *(["rate_hz"] if name == "range" else [])):
+            del content[key]
+        sections[name] = {**content, **DEVICE[sensor]}
+    sections["camera"]["readout_ms"] = float(np.mean(np.subtract(log.stamps_ns("CAMERA"), middles))) * 1e-6
+    return {"log": "hil.lcm", **sections}
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+    skip_unless_built("plumb-fsw", "plumb-hil", "plumb-replay")
+    work = tmp_path_factory.mktemp("target")
+    out = work / "out"
+    out.mkdir()
+    packed = subprocess.run([ROOT / "tools/package", "arm64-exact"], check=True, stdout=subprocess.PIPE, text=True)
+    package = ROOT / packed.stdout.splitlines()[-1]
+    program = ROOT / "build/package" / package.name.removesuffix(".tar.gz") / "bin/plumb-replay"
+    replay = (*EMULATOR, str(program))
+    flight = sim_scenes.fly_yard(work, 8.0, with_log=True)
+    recording = ["--asl", flight, "--record", out / "small.lcm", "--out", out / "small"]
+    subprocess.run([*replay, *recording], check=True, capture_output=True)
+    shutil.copy(flight / "flight.lcmlog", out / "played.lcm")
+    (out / "hil.yaml").write_text(yaml.safe_dump(_configuration(flight)), encoding="utf-8")
+    shutil.copy(ROOT / "test/target/package_run.sh", out)
+    target = [ROOT / "tools/target", "--steady", "--package", package, "--out", out, "sh", "package_run.sh"]
+    patience = {**os.environ, "PLUMB_TARGET_TIMEOUT": "1200"}  # what else runs here makes it slow
+    run = subprocess.run(target, check=False, capture_output=True, text=True, env=patience)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return Flown(out, replay)
+
+
+def test_every_program_of_the_package_runs(flown: Flown) -> None:
+    status = (flown.out / "status.txt").read_text().splitlines()
+    helped = {Path(line.split()[0]).name for line in status if "--help" in line}
+    assert helped == {"plumb-decode", "plumb-fsw", "plumb-hil", "plumb-replay", "plumb-stim300-setup"}
+    assert [line for line in status if not line.endswith(": 0")] == []
+    assert "can be flown" in (flown.out / "dry-run.txt").read_text()
+
+
+def test_a_log_is_flown_to_the_same_bits_as_in_an_emulated_process(flown: Flown) -> None:
+    assert ", all equal" in (flown.out / "again.txt").read_text()
+    expect_same_results(flown.out / "small", flown.out / "again")
+
+
+@pytest.mark.parametrize("log", ["flight.lcm", "hil.lcm"])
+def test_the_log_of_a_flight_there_replays_bit_by_bit(flown: Flown, tmp_path: Path, log: str) -> None:
+    """In the emulator of one process from the input frames, on this machine's processor from the devices' bytes."""
+    for how in ([*flown.replay], [str(HOST / "plumb-replay"), "--raw"]):
+        again = tmp_path / f"{len(how)}.lcm"
+        command = [*how, "--log", flown.out / log, "--record", again]
+        run = subprocess.run(command, check=True, capture_output=True, text=True)
+        assert ", all equal" in run.stdout
+        subprocess.run([ROOT / "tools/hashdiff", flown.out / log, again], check=True, capture_output=True)
+
+
+def _silences(log: Log) -> dict[str, tuple[int, int]]:
+    """When each sensor fell silent, and when it was heard again [ns], by what EVENTS tell."""
+    found: dict[str, tuple[int, int]] = {}
+    began: dict[str, int] = {}
+    for event in log.messages("EVENTS", "event_t"):
+        if event.id != HEALTH_CHANGED:
+            continue
+        sensor, before, now = event.arguments[:3]
+        if now == SILENT:
+            began[SENSORS[sensor]] = event.time_ns
+        elif before == SILENT and SENSORS[sensor] in began:
+            found[SENSORS[sensor]] = (began[SENSORS[sensor]], event.time_ns)
+    return found
+
+
+def test_each_device_that_is_pulled_is_missed_and_heard_again(flown: Flown) -> None:
+    assert _silences(Log(flown.out / "flight.lcm")).keys() == set(SENSORS)
+
+
+@pytest.mark.parametrize("sensor", ["camera", "range"])
+def test_the_state_goes_on_without_camera_or_range(flown: Flown, sensor: str) -> None:
+    log = Log(flown.out / "flight.lcm")
+    begin, end = _silences(log)[sensor]
+    states = [state for state in log.messages("NAV_OUTPUT", "nav_output_t") if begin <= state.time_ns < end]
+    frames = [frame for frame in log.messages("INPUT_FRAME", "input_frame_t") if begin <= frame.time_ns < end]
+    assert len(states) >= 0.9 * len(frames) > 0
+    assert all(state.valid for state in states)
+    assert len({state.reset_count for state in states}) == 1
+
+
+def test_without_an_imu_it_says_so_and_comes_back(flown: Flown) -> None:
+    log = Log(flown.out / "flight.lcm")
+    _, end = _silences(log)["imu"]
+    modes = [event for event in log.messages("EVENTS", "event_t") if event.id == MODE_CHANGED]
+    assert any(event.arguments[1] == FAILED and event.time_ns < end for event in modes)
+    states = [state for state in log.messages("NAV_OUTPUT", "nav_output_t") if state.time_ns > end]
+    assert states[-1].valid and states[-1].mode != FAILED
+
+
+def _missed_images(flown: Flown) -> int:
+    """How many were played before the camera was heard."""
+    played, received = (Log(flown.out / name).stamps_ns("CAMERA") for name in ("played.lcm", "hil.lcm"))
+    return len(played) - len(received)
+
+
+def test_what_is_played_arrives_byte_for_byte(flown: Flown) -> None:
+    played, received = Log(flown.out / "played.lcm"), Log(flown.out / "hil.lcm")
+    assert received.serial_bytes() == played.serial_bytes()
+    images, received_images = (log.messages("CAMERA", "image_t") for log in (played, received))
+    missed = _missed_images(flown)
+    assert missed < 20, "a camera that is silent is asked again every 0.1 s"
+    assert [image.pixels for image in received_images] == [image.pixels for image in images[missed:]]
+    frames, received_frames = (
+        [(frame.id, bytes(frame.bytes[: frame.size])) for frame in log.messages("RAW_CAN", "can_frame_t")]
+        for log in (played, received)
+    )
+    measurements = {identifier for identifier, _ in received_frames}  # others are not for a range finder's driver
+    assert received_frames == [frame for frame in frames if frame[0] in measurements]
+    assert len(received_frames) > 0.9 * len(frames)
+    report = (flown.out / "hil.txt").read_text()
+    assert report.count("dropped 0, not understood 0, lag mean") == 3, report
+
+
+def test_who_flies_by_what_is_played_finds_what_a_replay_finds(flown: Flown) -> None:
+    """Stamps differ by what the machine makes of them, so that states are not the same bits, but the same flight."""
+    replayed, live = (
+        {
+            state.sequence + missed: state
+            for state in Log(flown.out / name).messages("NAV_STATE", "nav_state_t")
+            if state.valid
+        }
+        for name, missed in (("small.lcm", 0), ("hil.lcm", _missed_images(flown)))
+    )
+    both = sorted(replayed.keys() & live.keys())
+    assert len(both) > 0.8 * len(replayed)
+    for image in both:
+        a, b = replayed[image], live[image]
+        variance = sum(np.diag(np.reshape(state.covariance, (15, 15)))[:6] for state in (a, b))
+        difference = np.array([*a.p_WI_m, *a.v_WI_m_s]) - np.array([*b.p_WI_m, *b.v_WI_m_s])
+        assert np.all(np.abs(difference) <= MOST_SIGMAS * np.sqrt(variance)), f"image {image}: {difference}"
