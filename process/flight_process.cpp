@@ -21,6 +21,7 @@
 #include "hal/linux/v4l2_camera.h"
 #include "process/device_tasks.h"
 #include "process/log_file.h"
+#include "process/thread_log.h"
 
 namespace plumb {
 namespace {
@@ -32,20 +33,7 @@ class NoSink final : public TelemetrySink, public LogSink {
   Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
 };
 
-// Half a second and more of each thread's records, and a quarter of a second of the largest images.
-constexpr std::size_t kSmallLogBytes = std::size_t{256} << 10;
-constexpr std::size_t kNavLogBytes = std::size_t{512} << 10;
-constexpr std::size_t kTickLogBytes = std::size_t{2} << 20;
-constexpr std::size_t kImageLogBytes = std::size_t{4} << 20;
-
 constexpr std::size_t index(FlightThread thread) { return static_cast<std::size_t>(thread); }
-
-/// Queue of a thread with the memory behind it.
-struct ThreadLog {
-  ThreadLog(const char* name, std::size_t bytes) : storage(bytes), log(name, storage) {}
-  std::vector<std::uint8_t> storage;
-  QueuedLog log;
-};
 
 // The large objects, in static memory: one process flies once.
 SensorRings& sensor_rings() {
@@ -114,11 +102,11 @@ struct FlightProcess::Parts {
   std::unique_ptr<LcmSource> command_lcm;
 
   std::array<LinuxClock, kFlightThreadNames.size()> clocks;
-  ThreadLog imu_log{"imu", kSmallLogBytes};
-  ThreadLog range_log{"range", kSmallLogBytes};
-  ThreadLog camera_log{"camera", kImageLogBytes};
-  ThreadLog tick_log{"tick", kTickLogBytes};
-  ThreadLog nav_log{"nav", kNavLogBytes};
+  ThreadLog imu_log{"imu", LogSizes::kDevice};
+  ThreadLog range_log{"range", LogSizes::kDevice};
+  ThreadLog camera_log{"camera", LogSizes::kImages};
+  ThreadLog tick_log{"tick", LogSizes::kTick};
+  ThreadLog nav_log{"nav", LogSizes::kNav};
   std::optional<LogWriter> writer;
   LogTask log_task{};
 

@@ -53,16 +53,16 @@ struct LiveFlight {
   int exit_code = -1;
 };
 
-/// `halfway`: what is done in the middle of the flight.
+/// `niceness`: 0 is the system's usual share of its time, 19 the least. `halfway`: what is done in the middle of the flight.
 LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
     const std::function<void()>& halfway = [] {}) {
   const double length_s = flight_length_s();
   const EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
   const fs::path config = folder / "flight.yaml";
-  std::ofstream(config) << flight_configuration(vehicle, folder / "flight.lcm",
+  std::ofstream(config) << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), folder / "flight.lcm",
                                                 "socket: " + (folder / "camera").string(), more);
-  FlightProgram program(PLUMB_FSW, config, folder / "output", niceness);
+  FlightProgram program({"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()}, folder / "output");
   const std::chrono::duration<double> half(0.5 * length_s);
   std::this_thread::sleep_for(half);
   halfway();

@@ -21,6 +21,14 @@ class PlaneFlight {
 
   explicit PlaneFlight(double t_start_s) : t_start_s_(t_start_s) {}
 
+  // The body in W, which has its origin where the body rests and its heading then: ahead, aside, up.
+  std::array<double, 3> position_m(double t_s) const {
+    return {swing(t_s, kAhead), swing(t_s, kAside), swing(t_s, kUp)};
+  }
+  std::array<double, 3> velocity_m_s(double t_s) const {
+    return {swing_rate(t_s, kAhead), swing_rate(t_s, kAside), swing_rate(t_s, kUp)};
+  }
+  double heading_rad(double t_s) const { return swing(t_s, kTurn); }
   /// Height above the plane, which is what a range finder beside the camera measures.
   double height_m(double t_s) const { return kHeight_m + swing(t_s, kUp); }
   std::array<double, 3> rate_rad_s(double t_s) const { return {0.0, 0.0, swing_rate(t_s, kTurn)}; }

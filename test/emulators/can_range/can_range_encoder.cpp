@@ -44,6 +44,8 @@ std::uint16_t checksum(const std::vector<std::uint8_t>& bytes) {
 }  // namespace
 
 std::uint16_t to_half(double value) {
+  if (std::isnan(value)) return 0x7E00;
+  if (std::isinf(value)) return 0x7C00;
   if (value == 0.0) return 0;
   int exponent = 0;
   const double fraction = std::frexp(value, &exponent);  // value = fraction * 2^exponent, fraction in [0.5, 1)

@@ -22,7 +22,8 @@ struct DronecanSensor {
   unsigned sensor_type = 2;  ///< lidar
 };
 
-/// Nearest half-precision number, ties away from zero; for values from 2^-14 to 65504, and 0.
+/// Nearest half-precision number, ties away from zero; for values from 2^-14 to 65504, 0, not-a-number and
+/// infinity.
 std::uint16_t to_half(double value);
 
 /// Frames of one uavcan.equipment.range_sensor.Measurement. `reading_type`: 1 valid, 2 too close, 3 too far.

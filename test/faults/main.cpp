@@ -1,0 +1,95 @@
+// Runs the fault matrix. Exit code 0: every fault ends as expected, 1: one does not, 2: bad arguments.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+
+#include "test/faults/fault_table.h"
+#include "test/faults/matrix_page.h"
+#include "test/faults/process_faults.h"
+#include "test/support/temporary_folder.h"
+
+namespace plumb::faults {
+namespace {
+
+struct Arguments {
+  bool list = false;
+  std::vector<std::string> only;
+  std::string out;
+  std::string keep;
+};
+
+bool is_wanted(const Arguments& arguments, const std::string& name) {
+  return arguments.only.empty() ||
+         std::find(arguments.only.begin(), arguments.only.end(), name) != arguments.only.end();
+}
+
+int run(const Arguments& arguments) {
+  const std::vector<Fault> flight = flight_faults();
+  const std::vector<ProcessFault> process = process_faults();
+  std::vector<std::string> unknown = arguments.only;
+  const auto known = [&](const std::string& name, const std::string& what) {
+    std::erase(unknown, name);
+    if (arguments.list) std::printf("%-22s %s\n", name.c_str(), what.c_str());
+  };
+  for (const Fault& fault : flight) known(fault.name, fault.what);
+  for (const ProcessFault& fault : process) known(fault.name, fault.what);
+  if (!unknown.empty()) throw CLI::ValidationError("--only", "no fault is named '" + unknown.front() + "'; see --list");
+  if (arguments.list) return 0;
+
+  const test::TemporaryFolder folder;
+  const std::filesystem::path logs = arguments.keep.empty() ? folder.path() : std::filesystem::path(arguments.keep);
+  std::filesystem::create_directories(logs);
+  std::vector<Verdict> verdicts;
+  const auto add = [&](const Verdict& verdict) {
+    verdicts.push_back(verdict);
+    std::printf("%s", text_of(verdict).c_str());
+    std::fflush(stdout);
+  };
+  for (const Fault& fault : flight) {
+    if (!is_wanted(arguments, fault.name)) continue;
+    add(fly_and_judge(fault, logs));
+    if (arguments.keep.empty()) std::filesystem::remove(logs / (fault.name + ".lcm"));
+  }
+  for (const ProcessFault& fault : process) {
+    if (!is_wanted(arguments, fault.name)) continue;
+    const test::TemporaryFolder room;
+    add(run_and_judge(fault, room.path()));
+  }
+  const auto failed = std::count_if(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return !v.passed(); });
+  std::printf("%zu faults, %zu as expected\n", verdicts.size(), verdicts.size() - static_cast<std::size_t>(failed));
+  if (!arguments.out.empty()) {
+    std::ofstream page(arguments.out);
+    page << page_of(verdicts);
+    if (!page.flush()) throw std::runtime_error(arguments.out + ": cannot be written");
+  }
+  return failed == 0 ? 0 : 1;
+}
+
+int main_of(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Flies with one fault after the other and compares what comes of it with what is expected.", "faults");
+  app.add_flag("--list", arguments.list, "name the faults, and end");
+  app.add_option("--only", arguments.only, "run these faults only, separated by commas")->delimiter(',');
+  app.add_option("--out", arguments.out, "write the matrix to this Markdown file as well");
+  app.add_option("--keep", arguments.keep, "folder that keeps the log of each simulated flight");
+  try {
+    app.parse(argc, argv);
+    return run(arguments);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "faults: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "faults: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace plumb::faults
+
+int main(int argc, char** argv) { return plumb::faults::main_of(argc, argv); }

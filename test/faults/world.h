@@ -1,0 +1,151 @@
+#pragma once
+// The tasks of plumb-fsw with the plane flight's devices, in one thread and on a simulated clock: what runs when is
+// exact, so a fault strikes at the same byte in every run. The gate, the tick, the nav job, the device tasks, the
+// drivers, the log's writer and its file are those that fly; the clock, the lines and who runs when are simulated.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "fsw/app/nav_task.h"
+#include "fsw/app/tick_task.h"
+#include "fsw/vision/flight_tracker.h"
+#include "hal/linux/lcm_log.h"
+#include "hal/linux/log_writer.h"
+#include "process/device_tasks.h"
+#include "process/thread_log.h"
+#include "test/faults/devices.h"
+#include "test/faults/observer.h"
+
+namespace plumb::faults {
+
+/// What goes wrong with the computer.
+struct HostFaults {
+  std::int64_t nav_time_ns = 10'000'000;  ///< that an image takes
+  bool imu_thread_hangs = false;
+  bool tick_hangs = false;
+  bool nav_hangs = false;
+  bool log_hangs = false;  ///< the disk does not answer
+};
+
+class World;
+
+/// What is done to the world at a time since the flight began.
+struct Action {
+  double t_s = 0.0;
+  std::function<void(World&)> act;
+};
+
+class World {
+ public:
+  /// The log goes to `log`.
+  explicit World(const std::filesystem::path& log);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Flies for so long, once. `actions` in order of time.
+  void fly(double length_s, std::vector<Action> actions);
+
+  SimulatedImu& imu() { return imu_; }
+  CameraFaults& camera() { return camera_.faults; }
+  RangeFaults& range() { return range_.faults; }
+  HostFaults& host() { return host_; }
+  std::int64_t now_ns() const { return t_ns_; }
+  /// The flight clock goes ahead of the world by that much.
+  void step_clock(std::int64_t step_ns);
+  /// Bytes on channel COMMAND.
+  void send_command(std::span<const std::uint8_t> message);
+
+  const SeenFlight& seen() const { return observer_.seen(); }
+  std::uint64_t log_records_lost() const { return writer_.dropped(); }
+  /// No slot was left for an image, or a ring was full.
+  std::uint64_t inputs_lost() const;
+
+ private:
+  /// A task's clock. Waiting on that of the tick lets the world go on.
+  class WorldClock final : public Clock {
+   public:
+    WorldClock(World& world, bool drives) : world_(world), drives_(drives) {}
+    Time now() const override { return world_.flight_time(); }
+    void wait_until(Time t) override;
+    void wake() override { woken_ = true; }
+
+   private:
+    World& world_;
+    bool drives_;
+    bool woken_ = false;
+  };
+  /// Stands still but for the time that the tracker takes.
+  class NavClock final : public Clock {
+   public:
+    Time now() const override { return now_; }
+    void wait_until(Time) override {}
+    void wake() override { woken = true; }
+    void set(Time t) { now_ = t; }
+    bool woken = false;
+
+   private:
+    Time now_;
+  };
+  class SlowTracker final : public Tracker<FlightConfig::kMaxTracks> {
+   public:
+    SlowTracker(World& world, FlightTracker<FlightConfig>& tracker) : world_(world), tracker_(tracker) {}
+    Status track(const CameraFrame& frame, const MotionPrediction& motion,
+                 FeatureFrame<FlightConfig::kMaxTracks>& out) override;
+    void reset() override { tracker_.reset(); }
+
+   private:
+    World& world_;
+    FlightTracker<FlightConfig>& tracker_;
+  };
+  Time flight_time() const { return Time::from_ns(t_ns_ + clock_offset_ns_); }
+  void step();
+  void run_devices();
+  void run_nav(bool at_once);
+  void finish();
+
+  static constexpr std::int64_t kStart_ns = 100'000'000'000;
+  static constexpr std::int64_t kStep_ns = 500'000;
+
+  std::int64_t t_ns_ = kStart_ns;
+  std::int64_t clock_offset_ns_ = 0;
+  HostFaults host_;
+  std::vector<Action> actions_;
+  std::size_t next_action_ = 0;
+  test::PlaneFlight flight_;
+  SimulatedImu imu_;
+  SimulatedCamera camera_;
+  SimulatedRange range_;
+  Observer observer_;
+
+  FlightSetup setup_;
+  WorldClock clock_;
+  WorldClock tick_clock_;
+  NavClock nav_clock_;
+  std::unique_ptr<LcmLogWriter> file_;
+  ThreadLog imu_log_;
+  ThreadLog range_log_;
+  ThreadLog camera_log_;
+  ThreadLog tick_log_;
+  ThreadLog nav_log_;
+  LogWriter writer_;
+  std::unique_ptr<SensorRings> rings_;
+  std::unique_ptr<NavLink> link_;
+  ImuTask imu_task_;
+  CameraTask camera_task_;
+  CanRangeTask range_task_;
+  TickTask tick_;
+  std::unique_ptr<FlightTracker<FlightConfig>> tracker_;
+  SlowTracker slow_tracker_;
+  std::unique_ptr<NavTask<FlightConfig>> nav_;
+
+  std::int64_t t_imu_read_ns_ = kStart_ns;
+  std::int64_t t_drained_ns_ = kStart_ns;
+  bool nav_works_ = false;
+  Time t_nav_start_;  ///< on the flight clock
+  std::int64_t t_nav_end_ns_ = 0;
+};
+
+}  // namespace plumb::faults
