@@ -241,6 +241,9 @@ const char* conflict_in(const Parameters& parameters) {
   if (start.motion_window_s > start.motion_window_max_s) {
     return "start.motion_window must not be above start.motion_window_max";
   }
+  if (range.enabled && range.facet && parameters.modes.range_timeout_s <= range.facet_after_s) {
+    return "modes.range_timeout must be above range.facet_after: ranges are spared so long on purpose";
+  }
   return nullptr;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // What a job did with its time. Two facts that are often taken for one: an overrun is a run that took longer than its
-// budget, a slip is a whole period in which the job was not run. Both are always counted and seldom told.
+// budget, a slip is a whole period in which the job was not run. Both are always counted and seldom told. A job with a
+// thread of its own runs when there is something for it, so it cannot slip; what it misses is the gate's to tell.
 
 #include <cstdint>
 
@@ -44,7 +45,7 @@ class JobAccount {
           facts.push_back({.kind = kind, .job = index, .t = start, .time = time, .suppressed = throttle.suppressed()});
       PLUMB_ASSERT(ok(added));  // one of each kind at most
     };
-    if (since >= period * 2) {
+    if (job.thread == Thread::kTick && since >= period * 2) {
       slips_ += static_cast<std::uint64_t>(since.ns() / period.ns() - 1);
       tell(ScheduleFact::Kind::kSlip, since, slip_throttle_);
     }

@@ -30,7 +30,8 @@ void send(World& world, int sequence, int id, double argument = 0.0, bool damage
   world.send_command(MessageBytes(bytes.data(), size));
 }
 
-const Words kLost = {"range-VIO", "failed", "initialising", "range-VIO"};
+// After a start in the air the mode climbs as images and ranges prove the state.
+const Words kLost = {"range-VIO", "failed", "initialising", "inertial", "VIO", "range-VIO"};
 const Words kInertial = {"range-VIO", "inertial", "range-VIO"};
 const Words kVio = {"range-VIO", "VIO", "range-VIO"};
 
@@ -194,7 +195,7 @@ void add_host_faults(std::vector<Fault>& rows) {
                    .recovery_s = 0.5}});
   rows.push_back({"nav-hung", "the nav job hangs for 2 s", 10, 12, [](World& w) { w.host().nav_hangs = true; },
                   [](World& w) { w.host().nav_hangs = false; },
-                  {.modes = {"range-VIO", "inertial", "initialising", "range-VIO"},
+                  {.modes = {"range-VIO", "inertial", "initialising", "inertial", "VIO", "range-VIO"},
                    .events = {"overrun of nav", "result late", "image skipped", "frame that nav missed", "filter reset"},
                    .also = sides,
                    .recovery_s = kRestart_s}});
@@ -234,7 +235,7 @@ void add_host_faults(std::vector<Fault>& rows) {
                   },
                   nullptr, {.events = {"command accepted"}, .same_states = true}});
   rows.push_back({"reset-commanded", "a reset is commanded in the air", 10, 10, [](World& w) { send(w, 1, 2); }, nullptr,
-                  {.modes = {"range-VIO", "initialising", "range-VIO"}, .events = {"command accepted", "filter reset"},
+                  {.modes = {"range-VIO", "initialising", "inertial", "VIO", "range-VIO"}, .events = {"command accepted", "filter reset"},
                    .also = sides, .recovery_s = kRestart_s}});
 }
 

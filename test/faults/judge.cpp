@@ -149,7 +149,7 @@ const SeenFlight& flight_without_fault(const std::filesystem::path& folder) {
 
 }  // namespace
 
-Verdict fly_and_judge(const Fault& fault, const std::filesystem::path& folder) {
+JudgedFlight fly_and_judge(const Fault& fault, const std::filesystem::path& folder) {
   const std::filesystem::path log = folder / (fault.name + ".lcm");
   World world(log);
   std::vector<Action> actions;
@@ -157,13 +157,15 @@ Verdict fly_and_judge(const Fault& fault, const std::filesystem::path& folder) {
   if (fault.end) actions.push_back({.t_s = fault.until_s, .act = fault.end});
   world.fly(kFlight_s, std::move(actions));
   const SeenFlight& seen = world.seen();
-  return {.name = fault.name,
-          .what = fault.what,
-          .modes = judge_modes(fault, seen),
-          .events = judge_events(fault, seen),
-          .recovery = judge_recovery(fault, seen),
-          .error = judge_error(fault, seen, fault.expected.same_states ? &flight_without_fault(folder) : nullptr),
-          .replay = judge_replay(fault, log)};
+  const Verdict verdict{
+      .name = fault.name,
+      .what = fault.what,
+      .modes = judge_modes(fault, seen),
+      .events = judge_events(fault, seen),
+      .recovery = judge_recovery(fault, seen),
+      .error = judge_error(fault, seen, fault.expected.same_states ? &flight_without_fault(folder) : nullptr),
+      .replay = judge_replay(fault, log)};
+  return {.verdict = verdict, .events = seen.events};
 }
 
 }  // namespace plumb::faults

@@ -73,7 +73,12 @@ struct Verdict {
   }
 };
 
-/// Flies with the fault and judges the flight. Its log and what is made of it go to `folder`.
-Verdict fly_and_judge(const Fault& fault, const std::filesystem::path& folder);
+struct JudgedFlight {
+  Verdict verdict;
+  std::vector<SeenEvent> events;  ///< all of them
+};
+
+/// Flies with the fault and judges the flight. Its log goes to `folder`.
+JudgedFlight fly_and_judge(const Fault& fault, const std::filesystem::path& folder);
 
 }  // namespace plumb::faults

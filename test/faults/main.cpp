@@ -16,6 +16,7 @@ namespace {
 
 struct Arguments {
   bool list = false;
+  bool events = false;
   std::vector<std::string> only;
   std::string out;
   std::string keep;
@@ -50,7 +51,11 @@ int run(const Arguments& arguments) {
   };
   for (const Fault& fault : flight) {
     if (!is_wanted(arguments, fault.name)) continue;
-    add(fly_and_judge(fault, logs));
+    const JudgedFlight flown = fly_and_judge(fault, logs);
+    add(flown.verdict);
+    for (const SeenEvent& event : flown.events) {
+      if (arguments.events) std::printf("    %8.3f s %s\n", event.t_s, event.words.c_str());
+    }
     if (arguments.keep.empty()) std::filesystem::remove(logs / (fault.name + ".lcm"));
   }
   for (const ProcessFault& fault : process) {
@@ -72,6 +77,7 @@ int main_of(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("Flies with one fault after the other and compares what comes of it with what is expected.", "faults");
   app.add_flag("--list", arguments.list, "name the faults, and end");
+  app.add_flag("--events", arguments.events, "print every event of the simulated flights");
   app.add_option("--only", arguments.only, "run these faults only, separated by commas")->delimiter(',');
   app.add_option("--out", arguments.out, "write the matrix to this Markdown file as well");
   app.add_option("--keep", arguments.keep, "folder that keeps the log of each simulated flight");

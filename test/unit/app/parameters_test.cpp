@@ -66,6 +66,10 @@ TEST(Parameters, ValuesThatDoNotFitEachOtherAreNamed) {
   EXPECT_NE(std::string(conflict_in(parameters)).find("start.motion_window"), std::string::npos);
   parameters.estimator.start.motion_window_s = parameters.estimator.start.motion_window_max_s;
   EXPECT_EQ(conflict_in(parameters), nullptr);
+  parameters.modes.range_timeout_s = parameters.estimator.range.facet_after_s;
+  EXPECT_NE(std::string(conflict_in(parameters)).find("modes.range_timeout"), std::string::npos);
+  parameters.estimator.range.facet = false;  // then no range waits for the facet
+  EXPECT_EQ(conflict_in(parameters), nullptr);
 }
 
 TEST(Parameters, TheRecordHoldsEveryParameterInForce) {
