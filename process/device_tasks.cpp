@@ -112,6 +112,10 @@ void CameraTask::accept(const CameraFrame& frame) {
     ++counters_.wrong_size;
     return;
   }
+  if (is_repeated(frame)) {
+    ++counters_.repeated;
+    return;
+  }
   if (!has_slot_) has_slot_ = rings_.empty.pop(slot_);
   if (!has_slot_) {
     ++counters_.no_slot;
@@ -129,9 +133,24 @@ void CameraTask::accept(const CameraFrame& frame) {
                            .sequence = stored.reference.sequence,
                            .image = stored.view(rings_.pixels[slot_].data())};
   const Result<std::size_t> size = encode(logged, MessageBuffer(message_));
+  t_last_ = frame.t_exposure_mid;
   static_cast<void>(log_.write(channel::kCamera, clock_.now(), MessageBytes(message_.data(), size.value())));
   has_slot_ = !ok(rings_.images.push(stored));
   count(images_);
+}
+
+bool CameraTask::is_repeated(const CameraFrame& frame) const {
+  if (t_last_ == Time::never()) return false;
+  if (frame.t_exposure_mid == t_last_) return true;
+  const std::uint8_t* before = message_.data() + kImageHeaderBytes;
+  const std::uint8_t first = *frame.image.pixels;
+  bool flat = true;
+  for (std::int32_t row = 0; row < height_; ++row, before += width_) {
+    const std::uint8_t* const now = frame.image.pixels + static_cast<std::ptrdiff_t>(row) * frame.image.stride;
+    if (!std::equal(now, now + width_, before)) return false;
+    flat = flat && std::all_of(now, now + width_, [first](std::uint8_t pixel) { return pixel == first; });
+  }
+  return !flat;
 }
 
 Time CameraTask::mid_exposure(const PortFrame& frame) const {

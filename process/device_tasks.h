@@ -105,6 +105,9 @@ class CommandTask {
 struct CameraTaskCounters {
   std::uint64_t damaged = 0;
   std::uint64_t wrong_size = 0;
+  /// The image before once more, by its stamp or by every pixel though it is not of one grey: noise makes that
+  /// impossible, so the camera or the link repeats itself. It would look like a standstill.
+  std::uint64_t repeated = 0;
   std::uint64_t no_slot = 0;  ///< every place in the store was taken: the tick task does not come round
 };
 
@@ -124,6 +127,7 @@ class CameraTask {
   Status start();
   Result<CameraFrame> next_frame();
   void accept(const CameraFrame& frame);
+  bool is_repeated(const CameraFrame& frame) const;
   Time mid_exposure(const PortFrame& frame) const;
 
   CameraPort& port_;
@@ -140,6 +144,7 @@ class CameraTask {
   std::uint8_t slot_ = 0;  ///< empty, and this thread's
   /// Own count: that of a camera which restarts begins anew, and a log knows images by it.
   std::uint32_t sequence_ = 0;
+  Time t_last_ = Time::never();  ///< of the image that message_ holds
   CameraTaskCounters counters_;
   std::atomic<std::uint64_t> images_{0};
 };

@@ -112,7 +112,10 @@ bool Protocol::is_usable_datagram(const Datagram& datagram) {
     ++counters_.stuck;
     return false;
   }
-  if ((status & kStatusOverload) != 0) ++counters_.overloads;
+  if ((status & kStatusOverload) != 0) {
+    ++counters_.overloads;
+    return false;
+  }
   if ((status & kStatusCondition) != 0) ++counters_.conditions;
   return true;
 }

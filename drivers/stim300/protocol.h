@@ -27,11 +27,12 @@ struct Counters {
   std::uint64_t starting = 0;      ///< the start-up bit was set, as it is for the first seconds after power-on
   std::uint64_t faulty = 0;     ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
   std::uint64_t stuck = 0;      ///< all six numbers the same for kMaxRepeats datagrams and longer
+  /// An axis was beyond its range. How far nobody knows, and a filter that integrates the limit is wrong for good, while
+  /// one that has a hole in its samples knows it.
+  std::uint64_t overloads = 0;
   std::uint64_t unaligned = 0;  ///< not enough was remembered to join the two sensors: the first after a gap
   std::uint64_t out_of_order = 0;  ///< stamped at or before the last sample
-  // Samples that were used all the same:
-  std::uint64_t overloads = 0;   ///< an axis was beyond its range
-  std::uint64_t conditions = 0;  ///< outside operating conditions
+  std::uint64_t conditions = 0;  ///< samples that were used all the same: outside operating conditions
   // What the counter tells:
   std::uint64_t missing = 0;   ///< datagrams that never came, those replaced by special ones included
   std::uint64_t slips = 0;     ///< steps of the counter that are no whole number of datagrams

@@ -67,6 +67,7 @@ void FlightMonitor::step(const InputFrame& input, const Output& output) {
                         argument(estimator_.resets)}});
   }
   images_judged_.samples = input.has_camera ? 1 : 0;
+  if (input.has_camera && input.image_skipped && input.camera.t_exposure_mid > t) ++images_judged_.refused;
   ranges_judged_.samples = static_cast<std::uint32_t>(input.range.size());
   judge(Sensor::kImu, imu_, t, output.imu);
   judge(Sensor::kCamera, camera_, t, images_judged_);

@@ -80,7 +80,10 @@ void InputGate::choose_image() {
   }
   StoredImage next;
   if (!rings_.images.pop(next)) return;
-  if (!waiting_) {
+  // Waiting for its time to come, one wrong stamp would keep all others out for as long as it is ahead.
+  if (next.reference.t_exposure_mid > frame_.t) {
+    skip(next);
+  } else if (!waiting_) {
     if (can_process(next)) {
       send(next);
     } else {

@@ -27,6 +27,8 @@ std::unique_ptr<LcmLogWriter> LcmLogWriter::open(const std::string& file, std::s
 LcmLogWriter::~LcmLogWriter() { lcm_eventlog_destroy(log_); }
 
 Status LcmLogWriter::write(const char* channel, Time t, std::span<const std::uint8_t> message) {
+  // A record that went in by half would hide what follows it. So what is in the file ends with the first that failed.
+  if (std::ferror(log_->f) != 0) return Status::kRejected;
   // LCM's record holds pointers to non-const; writing only reads through them.
   lcm_eventlog_event_t event{};
   event.timestamp = t.ns() / 1000;
@@ -65,7 +67,10 @@ LcmLogReader::~LcmLogReader() {
 Status LcmLogReader::next(LogEvent& event) {
   if (event_ != nullptr) lcm_eventlog_free_event(event_);
   event_ = lcm_eventlog_read_next_event(log_);
-  if (event_ == nullptr) return position_ == size_ ? Status::kNotReady : Status::kInvalidValue;
+  if (event_ == nullptr) {
+    is_cut_ = position_ != size_;
+    return Status::kNotReady;
+  }
   // LCM looks for the next sync word on its own: bytes passed over mean that something is damaged.
   constexpr std::int64_t kEventHeaderBytes = 4 + 8 + 8 + 4 + 4;
   position_ += kEventHeaderBytes + event_->channellen + event_->datalen;

@@ -21,7 +21,8 @@ class LcmLogWriter final : public LogSink {
   LcmLogWriter(const LcmLogWriter&) = delete;
   LcmLogWriter& operator=(const LcmLogWriter&) = delete;
 
-  /// The event carries the time in whole microseconds, so that a player keeps the pace of the recording.
+  /// The event carries the time in whole microseconds, so that a player keeps the pace of the recording. Nothing is
+  /// written any more once something could not be: the file is then whole up to there.
   Status write(const char* channel, Time t, std::span<const std::uint8_t> message) override;
   /// Hands everything to the operating system. kRejected: not all of it could be written.
   Status flush();
@@ -46,8 +47,10 @@ class LcmLogReader {
   LcmLogReader(const LcmLogReader&) = delete;
   LcmLogReader& operator=(const LcmLogReader&) = delete;
 
-  /// kNotReady at the end of the log, kInvalidValue where it is damaged or cut short (see position()).
+  /// kNotReady at the end of the log, kInvalidValue where it is damaged (see position()).
   Status next(LogEvent& event);
+  /// At the end: whether a piece of an event follows, as where its writer was killed or its disk was full.
+  bool is_cut() const { return is_cut_; }
   /// Bytes read as whole events.
   std::int64_t position() const { return position_; }
 
@@ -57,6 +60,7 @@ class LcmLogReader {
   lcm_eventlog_event_t* event_ = nullptr;
   std::int64_t size_ = 0;
   std::int64_t position_ = 0;
+  bool is_cut_ = false;
 };
 
 }  // namespace plumb

@@ -33,6 +33,20 @@ std::string name_of(NavMode mode) {
   return "unknown";
 }
 
+bool matches(const Words& modes, const Words& expected) {
+  std::size_t next = 0;
+  for (const std::string& mode : expected) {
+    const bool optional = mode.starts_with("(");
+    const std::string name = optional ? mode.substr(1, mode.size() - 2) : mode;
+    if (next < modes.size() && modes[next] == name) {
+      ++next;
+    } else if (!optional) {
+      return false;
+    }
+  }
+  return next == modes.size();
+}
+
 Finding judge_modes(const Fault& fault, const SeenFlight& seen) {
   Words modes;
   for (const SeenOutput& output : seen.outputs) {
@@ -45,7 +59,7 @@ Finding judge_modes(const Fault& fault, const SeenFlight& seen) {
   }
   return {.expected = joined(fault.expected.modes, " > "),
           .seen = joined(modes, " > "),
-          .passed = modes == fault.expected.modes};
+          .passed = matches(modes, fault.expected.modes)};
 }
 
 Finding judge_events(const Fault& fault, const SeenFlight& seen) {

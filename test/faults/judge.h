@@ -26,7 +26,7 @@ using Words = std::vector<std::string>;
 enum class Ending { kRecovers, kNotValid, kNotReliable };
 
 struct Expectation {
-  /// From the beginning of the fault on, that at its beginning first.
+  /// From the beginning of the fault on, that at its beginning first. In brackets: may be left out.
   Words modes = {"range-VIO"};
   /// Must be told from then on, changes of mode apart, in any order and number.
   Words events = {};
@@ -61,13 +61,13 @@ struct Finding {
 };
 
 struct Verdict {
-  std::string name;
-  std::string what;
-  Finding modes;
-  Finding events;
-  Finding recovery;  ///< in flight time
-  Finding error;     ///< of the state, after recovery
-  Finding replay;    ///< of the log
+  std::string name = {};
+  std::string what = {};
+  Finding modes = {};
+  Finding events = {};
+  Finding recovery = {};  ///< in flight time
+  Finding error = {};     ///< of the state, after recovery
+  Finding replay = {};    ///< of the log
   bool passed() const {
     return modes.passed && events.passed && recovery.passed && error.passed && replay.passed;
   }

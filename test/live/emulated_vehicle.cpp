@@ -5,6 +5,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
@@ -141,7 +142,11 @@ void EmulatedVehicle::show_to_client(int& client, std::size_t index, std::int64_
   const FrameMessage head = encode_frame(frame);
   std::vector<std::uint8_t> message(head.begin(), head.end());
   message.insert(message.end(), images_[index].begin(), images_[index].end());
-  send(client, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);  // what the host does not take is lost
+  // What the host does not take is lost; a host that is gone may come again.
+  if (send(client, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0 && errno == EPIPE) {
+    close(client);
+    client = -1;
+  }
 }
 
 void EmulatedVehicle::measure_on_can(const std::stop_token& stop) {

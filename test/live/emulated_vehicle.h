@@ -43,6 +43,11 @@ class EmulatedVehicle {
   double image_rate_hz() const { return 1e9 / static_cast<double>(interfaces_.image_period_ns); }
   /// Takes a device away or puts it back.
   void plug(VehicleDevice device, bool in);
+  /// What is true, in seconds of CLOCK_MONOTONIC.
+  const PlaneFlight& flight() const { return flight_; }
+  double t_start_s() const { return 1e-9 * static_cast<double>(t_start_ns_); }
+  /// Since the flight began.
+  double now_s() const { return 1e-9 * static_cast<double>(emulator::Stim300OnPty::now_ns() - t_start_ns_); }
 
  private:
   bool is_away(VehicleDevice device) const { return away_[static_cast<std::size_t>(device)].load(); }

@@ -51,13 +51,17 @@ FlightProgram::FlightProgram(std::vector<std::string> words, std::filesystem::pa
 FlightProgram::~FlightProgram() { kill(); }
 
 int FlightProgram::stop() {
-  if (process_ > 0) ::kill(process_, SIGTERM);
+  send(SIGTERM);
   return wait();
 }
 
 void FlightProgram::kill() {
-  if (process_ > 0) ::kill(process_, SIGKILL);
+  send(SIGKILL);
   wait();
+}
+
+void FlightProgram::send(int signal) const {
+  if (process_ > 0) ::kill(process_, signal);
 }
 
 int FlightProgram::wait() {

@@ -27,13 +27,14 @@ class FlightProgram {
 
   /// Ends it in order, by SIGTERM. Exit code, -1 when a signal ended it.
   int stop();
+  /// Until it ends by itself; as stop().
+  int wait();
   /// Ends it without giving it time for anything.
   void kill();
+  void send(int signal) const;
   std::string output() const;
 
  private:
-  int wait();
-
   std::filesystem::path output_;
   pid_t process_ = -1;
 };

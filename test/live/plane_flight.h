@@ -50,13 +50,15 @@ class PlaneFlight {
     const double s = scale * std::sin(heading);
     const double x0 = swing(t_s, kAhead);
     const double y0 = swing(t_s, kAside);
+    auto n = static_cast<std::uint32_t>(std::llround(1e3 * t_s));
     std::vector<std::uint8_t> pixels;
     pixels.reserve(static_cast<std::size_t>(kWidth) * kHeight);
     for (int v = 0; v < kHeight; ++v) {
       const double y = -(v - 0.5 * (kHeight - 1));
       for (int u = 0; u < kWidth; ++u) {
         const double x = u - 0.5 * (kWidth - 1);
-        pixels.push_back(ground(x0 + c * x - s * y, y0 + s * x + c * y));
+        const unsigned noise = (n = n * 1664525U + 1013904223U) >> 31U;  // no two images of a sensor are equal
+        pixels.push_back(static_cast<std::uint8_t>(ground(x0 + c * x - s * y, y0 + s * x + c * y) + noise));
       }
     }
     return pixels;

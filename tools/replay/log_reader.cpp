@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -64,7 +65,7 @@ class LogSource final : public Source {
   bool next_event() {
     const Status status = reader_->next(event_);
     if (status == Status::kNotReady) return false;
-    if (!ok(status)) fail("is damaged or cut short; expected a whole LCM event log");
+    if (!ok(status)) fail("is damaged; expected a whole LCM event log");
     return true;
   }
 
@@ -99,6 +100,12 @@ class LogSource final : public Source {
     }
     if (session_.images == 0)
       fail("holds no INPUT_FRAME with an image; expected a log written by plumb-fsw or plumb-replay --record");
+    if (reader_->is_cut()) {
+      session_.warnings.push_back(file_.string() + ": is cut short after byte " + std::to_string(reader_->position()) +
+                                  ": its writer was killed or its disk full; flown up to there");
+      // The states of images whose input frames were not written any more.
+      std::erase_if(session_.recorded_hashes, [this](const auto& hash) { return !images_flown_.contains(hash.first); });
+    }
     if (gaps_ > 0) {
       session_.warnings.push_back(file_.string() + ": has " + std::to_string(gaps_) +
                                   " gaps: the disk was too slow for the flight, and records are missing");
@@ -123,6 +130,7 @@ class LogSource final : public Source {
     session_.imu_samples += input.imu.size();
     if (use_range_) session_.ranges += input.range.size();
     if (!input.has_camera) return;
+    images_flown_.insert(input.camera.sequence);
     if (session_.images++ == 0) session_.t_first_image = input.camera.t_exposure_mid;
     session_.t_last_image = input.camera.t_exposure_mid;
   }
@@ -200,6 +208,7 @@ class LogSource final : public Source {
   std::deque<KeptImage> images_;
   std::vector<std::uint8_t> config_;
   std::uint64_t gaps_ = 0;
+  std::set<std::uint32_t> images_flown_;
   std::optional<RawSamples> raw_;
 };
 

@@ -31,6 +31,15 @@ std::int32_t saturated(double counts) {
   return static_cast<std::int32_t>(std::clamp(std::round(counts), -8388608.0, 8388607.0));
 }
 
+// Section 5.5.7: bit 4, and one bit for each axis.
+std::uint8_t overload(const Counts& counts) {
+  std::uint8_t status = 0;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (counts[axis] == saturated(1e9) || counts[axis] == saturated(-1e9)) status |= static_cast<std::uint8_t>(0x10U | 1U << axis);
+  }
+  return status;
+}
+
 }  // namespace
 
 Stim300Emulator::Stim300Emulator(const Stim300Setup& setup, std::int64_t t_on_ns, std::uint64_t seed)
@@ -114,6 +123,8 @@ void Stim300Emulator::tick() {
   }
   const std::uint8_t starting = t_ns < t_start_up_over_ns_ ? 0x40 : 0;
   content_.gyro_status = content_.accel_status = content_.other_status = faults_.status | starting;
+  content_.gyro_status |= overload(content_.gyro);
+  content_.accel_status |= overload(content_.accel);
   content_.counter = counter_;
   const std::int64_t t_start_ns = t_ns + kLatency_ns;
   if (t_start_ns < t_line_free_ns_) return;  // still sending the one before: this one is dropped
