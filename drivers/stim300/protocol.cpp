@@ -69,7 +69,7 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
     return Status::kRejected;
   }
   if (!tick.first) count_step(tick.elapsed);
-  if (!is_usable_datagram(datagram)) return Status::kRejected;
+  if (!is_usable_datagram(datagram, tick.t)) return Status::kRejected;
   // The clock steps back when it learns that what it went by was late.
   if (tick.t <= t_last_reading_) {
     ++counters_.out_of_order;
@@ -94,7 +94,7 @@ void Protocol::count_step(std::int64_t elapsed) {
   if (elapsed > step) counters_.missing += static_cast<std::uint64_t>(elapsed / step - 1);
 }
 
-bool Protocol::is_usable_datagram(const Datagram& datagram) {
+bool Protocol::is_usable_datagram(const Datagram& datagram, Time t) {
   if (state_ != State::kConfigured) {
     ++counters_.unconfigured;
     return false;
@@ -112,11 +112,19 @@ bool Protocol::is_usable_datagram(const Datagram& datagram) {
     ++counters_.stuck;
     return false;
   }
-  if ((status & kStatusOverload) != 0) {
+  if (is_overloaded(status, t)) {
     ++counters_.overloads;
     return false;
   }
   if ((status & kStatusCondition) != 0) ++counters_.conditions;
+  return true;
+}
+
+bool Protocol::is_overloaded(unsigned status, Time t) {
+  const bool calm = t_overload_ == Time::never() || t - t_overload_ > kCalm;
+  if ((status & kStatusOverload) == 0) return !calm && overloads_ >= kShock;
+  overloads_ = calm ? 1 : overloads_ + 1;
+  t_overload_ = t;
   return true;
 }
 

@@ -27,8 +27,7 @@ struct Counters {
   std::uint64_t starting = 0;      ///< the start-up bit was set, as it is for the first seconds after power-on
   std::uint64_t faulty = 0;     ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
   std::uint64_t stuck = 0;      ///< all six numbers the same for kMaxRepeats datagrams and longer
-  /// An axis was beyond its range. How far nobody knows, and a filter that integrates the limit is wrong for good, while
-  /// one that has a hole in its samples knows it.
+  /// An axis was beyond its range, or has been within kCalm several times: see kShock.
   std::uint64_t overloads = 0;
   std::uint64_t unaligned = 0;  ///< not enough was remembered to join the two sensors: the first after a gap
   std::uint64_t out_of_order = 0;  ///< stamped at or before the last sample
@@ -50,6 +49,12 @@ inline constexpr std::size_t kMaxChunkBytes = 256;  ///< 3 ms of a line at 92160
 using Samples = FixedVector<ImuSample, (kMaxChunkBytes + kMaxDatagramBytes) / kMinDatagramBytes + 1>;
 /// The noise of this unit moves a number by hundreds of counts, so six that repeat are not measured.
 inline constexpr int kMaxRepeats = 8;
+
+/// How far an axis was beyond its range nobody knows. One such datagram is a hole that is bridged; kShock of them leave a
+/// velocity that is wrong by metres a second. Then nothing is a sample until kCalm has passed without another: a hole
+/// that a filter takes for one (imu.max_gap is shorter), so that it starts anew instead of trusting what it integrated.
+inline constexpr int kShock = 3;
+inline constexpr Duration kCalm = Duration::from_ms(120);
 
 class Protocol {
  public:
@@ -73,7 +78,8 @@ class Protocol {
   void on_configuration(std::span<const std::uint8_t> bytes);
   Result<ImuSample> on_normal(const Frame& frame);
   void count_step(std::int64_t elapsed);
-  bool is_usable_datagram(const Datagram& datagram);
+  bool is_usable_datagram(const Datagram& datagram, Time t);
+  bool is_overloaded(unsigned status, Time t);
   bool is_stuck(const Datagram& datagram);
 
   Settings expected_;
@@ -86,6 +92,8 @@ class Protocol {
   Cluster last_gyro_;
   Cluster last_accel_;
   int repeats_ = 0;
+  int overloads_ = 0;  ///< with less than kCalm between them
+  Time t_overload_ = Time::never();
   Time t_last_reading_ = Time::never();
   Time t_silent_ = Time::never();
   Counters counters_;

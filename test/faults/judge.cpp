@@ -33,14 +33,15 @@ std::string name_of(NavMode mode) {
   return "unknown";
 }
 
+bool is_optional(const std::string& mode) { return mode.starts_with("("); }
+std::string bare(const std::string& mode) { return is_optional(mode) ? mode.substr(1, mode.size() - 2) : mode; }
+
 bool matches(const Words& modes, const Words& expected) {
   std::size_t next = 0;
   for (const std::string& mode : expected) {
-    const bool optional = mode.starts_with("(");
-    const std::string name = optional ? mode.substr(1, mode.size() - 2) : mode;
-    if (next < modes.size() && modes[next] == name) {
+    if (next < modes.size() && modes[next] == bare(mode)) {
       ++next;
-    } else if (!optional) {
+    } else if (!is_optional(mode)) {
       return false;
     }
   }
@@ -89,7 +90,8 @@ Finding judge_recovery(const Fault& fault, const SeenFlight& seen) {
   double t_bad_s = 0.0;
   for (const SeenOutput& output : seen.outputs) {
     const bool good =
-        output.valid && output.reliable_for_s > 0.0 && name_of(output.mode) == expected.modes.back();
+        output.valid && output.reliable_for_s > 0.0 &&
+        (bare(expected.modes.back()) == name_of(output.mode) || has(expected.recovered_in, name_of(output.mode)));
     if (!good) t_bad_s = output.t_s;
   }
   const bool never = seen.outputs.empty() || t_bad_s == seen.outputs.back().t_s;

@@ -34,6 +34,8 @@ struct Expectation {
   Words also = {};
   /// From the end of the fault until the output is in the last mode, valid and reliable, for good.
   double recovery_s = 0.0;
+  /// Other modes than the last that count as recovered.
+  Words recovered_in = {};
   double position_m = kPosition_m;
   double velocity_m_s = kVelocity_m_s;
   Ending ending = Ending::kRecovers;

@@ -67,7 +67,7 @@ Status Observer::publish(const char* channel, std::span<const std::uint8_t> mess
 void Observer::see_output(std::span<const std::uint8_t> message) {
   const auto said = decoded<nav_output_t>(message);
   const double t_world_s = world_s(said.time_ns);
-  SeenOutput output{.t_s = t_world_s - t_start_s_,
+  SeenOutput output{.t_s = told_s(t_world_s),
                     .valid = said.valid != 0,
                     .mode = static_cast<NavMode>(said.mode),
                     .reliable_for_s = said.reliable_for_s,
@@ -105,7 +105,7 @@ void Observer::compare(double t_world_s, const Vector& p_m, const Vector& v_m_s,
 
 void Observer::see_event(std::span<const std::uint8_t> message) {
   const auto said = decoded<event_t>(message);
-  seen_.events.push_back({.t_s = world_s(said.time_ns) - t_start_s_, .words = words_of(said)});
+  seen_.events.push_back({.t_s = told_s(world_s(said.time_ns)), .words = words_of(said)});
 }
 
 void Observer::see_state(std::span<const std::uint8_t> message) {

@@ -14,7 +14,7 @@ namespace plumb::faults {
 
 /// One NAV_OUTPUT against the truth.
 struct SeenOutput {
-  double t_s = 0.0;  ///< since the flight began
+  double t_s = 0.0;  ///< when it was told, since the flight began
   bool valid = false;
   NavMode mode = NavMode::kInitialising;
   double reliable_for_s = 0.0;
@@ -44,6 +44,8 @@ class Observer final : public TelemetrySink {
 
   /// The flight clock is ahead of the world by that much.
   void set_clock_offset(std::int64_t offset_ns) { offset_ns_ = offset_ns; }
+  /// What is told from now on is told at that time since the flight began. Without a call it is told when it is stamped.
+  void set_now(double t_s) { now_s_ = t_s; }
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
 
   const SeenFlight& seen() const { return seen_; }
@@ -57,6 +59,7 @@ class Observer final : public TelemetrySink {
     Vector p_m{};           ///< of the estimate
     Vector p_true_m{};
   };
+  double told_s(double t_world_s) const { return now_s_ < 0.0 ? t_world_s - t_start_s_ : now_s_; }
   double world_s(std::int64_t t_ns) const { return 1e-9 * static_cast<double>(t_ns - offset_ns_); }
   void see_output(std::span<const std::uint8_t> message);
   void see_event(std::span<const std::uint8_t> message);
@@ -66,6 +69,7 @@ class Observer final : public TelemetrySink {
   const test::PlaneFlight& flight_;
   double t_start_s_;
   std::int64_t offset_ns_ = 0;
+  double now_s_ = -1.0;
   Start start_;
   SeenFlight seen_;
 };

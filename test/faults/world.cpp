@@ -63,7 +63,7 @@ void World::WorldClock::wait_until(Time t) {
 
 Status World::SlowTracker::track(const CameraFrame& frame, const MotionPrediction& motion,
                                  FeatureFrame<FlightConfig::kMaxTracks>& out) {
-  world_.nav_clock_.set(world_.t_nav_start_ + Duration::from_ns(world_.host_.nav_time_ns));
+  world_.nav_clock_.set(world_.flight_time());
   return tracker_.track(frame, motion, out);
 }
 
@@ -83,6 +83,7 @@ void World::fly(double length_s, std::vector<Action> actions) {
 void World::step() {
   t_ns_ += kStep_ns;
   const double t_s = 1e-9 * static_cast<double>(t_ns_ - kStart_ns);
+  observer_.set_now(t_s);
   while (next_action_ < actions_.size() && actions_[next_action_].t_s <= t_s) actions_[next_action_++].act(*this);
   run_devices();
   run_nav(false);

@@ -107,6 +107,24 @@ TEST(FlightMonitorLaws, EveryChangeIsToldOnceAndTheSameInAReplay) {
   });
 }
 
+TEST(FlightMonitor, ACameraWhoseStampsAreAheadIsRejected) {
+  FlightMonitor monitor({});
+  InputFrame input;
+  input.t = Time::from_seconds(3);
+  input.has_camera = input.image_skipped = true;
+  const NavState none;
+  const auto fly = [&](Duration ahead) {
+    for (int i = 0; i < ModeOptions{}.rejected_after; ++i) {
+      input.t = input.t + Duration::from_ms(50);
+      input.camera.t_exposure_mid = input.t + ahead;
+      monitor.step(input, {.imu = {.samples = 1, .accepted = 1}, .t_imu = input.t, .state = none});
+    }
+    return monitor.sensors()[static_cast<std::size_t>(Sensor::kCamera)].state;
+  };
+  EXPECT_EQ(fly(Duration::from_ms(-60)), SensorState::kOk) << "skipped because the nav job was busy";
+  EXPECT_EQ(fly(Duration::from_ms(5000)), SensorState::kRejected);
+}
+
 TEST(FlightMonitor, ResetsThatWereCommandedAreNoFailure) {
   FlightMonitor monitor({});
   NavResult result;

@@ -77,9 +77,9 @@ TEST_F(InputGateTest, ReleasesALateResultInTheTickThatFindsIt) {
 }
 
 TEST_F(InputGateTest, AnImageWaitsForTheImuToReachIt) {
-  camera(9.0, 1);
-  EXPECT_FALSE(tick().has_camera);
-  EXPECT_FALSE(tick().has_camera);
+  camera(3.0, 1);
+  EXPECT_FALSE(tick(false).has_camera);
+  EXPECT_FALSE(tick(false).has_camera);
   EXPECT_TRUE(tick().has_camera);
 }
 
@@ -113,6 +113,7 @@ TEST_F(InputGateTest, ARefusedImageFreesTheNavJobAndReleasesNothing) {
 }
 
 TEST_F(InputGateTest, AnImageThatWaitsForADeadImuGivesWayToANewerOne) {
+  ms_ = 400.0;
   camera(100.0, 1);
   tick(false);
   camera(250.0, 2);
@@ -120,6 +121,16 @@ TEST_F(InputGateTest, AnImageThatWaitsForADeadImuGivesWayToANewerOne) {
   camera(301.0, 3);
   EXPECT_EQ(tick(false).camera.sequence, 1U);
   EXPECT_TRUE(gate_.frame().image_skipped);
+}
+
+TEST_F(InputGateTest, AnImageStampedAheadIsSkippedAtOnceAndKeepsNoOtherOut) {
+  camera(1e6, 1);
+  const InputFrame& skipping = tick();
+  EXPECT_TRUE(skipping.image_skipped);
+  EXPECT_EQ(skipping.camera.sequence, 1U);
+  camera(6.0, 2);
+  EXPECT_EQ(tick().camera.sequence, 2U);
+  EXPECT_FALSE(gate_.frame().image_skipped);
 }
 
 TEST_F(InputGateTest, SaysWhichFramesANavJobThatHangsNeverGets) {
