@@ -25,13 +25,13 @@ struct Counters {
   std::uint64_t duplicates = 0;    ///< its counter did not move
   std::uint64_t unconfigured = 0;  ///< the configuration is not known yet, or refused
   std::uint64_t starting = 0;      ///< the start-up bit was set, as it is for the first seconds after power-on
-  std::uint64_t faulty = 0;     ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
-  std::uint64_t stuck = 0;      ///< all six numbers the same for kMaxRepeats datagrams and longer
+  std::uint64_t faulty = 0;  ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
+  std::uint64_t stuck = 0;   ///< all six numbers the same for kMaxRepeats datagrams and longer
   /// An axis was beyond its range, or has been within kCalm several times: see kShock.
   std::uint64_t overloads = 0;
-  std::uint64_t unaligned = 0;  ///< not enough was remembered to join the two sensors: the first after a gap
+  std::uint64_t unaligned = 0;     ///< not enough was remembered to join the two sensors: the first after a gap
   std::uint64_t out_of_order = 0;  ///< stamped at or before the last sample
-  std::uint64_t conditions = 0;  ///< samples that were used all the same: outside operating conditions
+  std::uint64_t conditions = 0;    ///< samples that were used all the same: outside operating conditions
   // What the counter tells:
   std::uint64_t missing = 0;   ///< datagrams that never came, those replaced by special ones included
   std::uint64_t slips = 0;     ///< steps of the counter that are no whole number of datagrams
@@ -50,8 +50,8 @@ using Samples = FixedVector<ImuSample, (kMaxChunkBytes + kMaxDatagramBytes) / kM
 /// The noise of this unit moves a number by hundreds of counts, so six that repeat are not measured.
 inline constexpr int kMaxRepeats = 8;
 
-/// How far an axis was beyond its range nobody knows. One such datagram is a hole that is bridged; kShock of them leave a
-/// velocity that is wrong by metres a second. Then nothing is a sample until kCalm has passed without another: a hole
+/// How far an axis was beyond its range nobody knows. One such datagram is a hole that is bridged; kShock of them leave
+/// a velocity that is wrong by metres a second. Then nothing is a sample until kCalm has passed without another: a hole
 /// that a filter takes for one (imu.max_gap is shorter), so that it starts anew instead of trusting what it integrated.
 inline constexpr int kShock = 3;
 inline constexpr Duration kCalm = Duration::from_ms(120);

@@ -4,9 +4,9 @@
 namespace plumb {
 
 struct ModeOptions {
-  double image_timeout_s = 0.5;   ///< without an image of use for longer, the state rests on the IMU alone
-  /// Without a range of use for longer, nothing holds the scale. Longer than RangeOptions::facet_after_s, for which ranges
-  /// are spared while the tracks that have one are not of use yet.
+  double image_timeout_s = 0.5;  ///< without an image of use for longer, the state rests on the IMU alone
+  /// Without a range of use for longer, nothing holds the scale. Longer than RangeOptions::facet_after_s, for which
+  /// ranges are spared while the tracks that have one are not of use yet.
   double range_timeout_s = 1.5;
   double imu_timeout_s = 0.2;     ///< without a sample for longer, there is no navigation
   double start_time_s = 10.0;     ///< but after power-up the IMU has so long to say something

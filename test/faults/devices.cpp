@@ -113,10 +113,8 @@ SimulatedCamera::Shot SimulatedCamera::shoot(std::int64_t t_end_ns, Time flight_
     for (std::uint8_t& pixel : shot.pixels) pixel = static_cast<std::uint8_t>(256.0 * dice_.uniform());
   }
   const int height = faults.half_size ? test::PlaneFlight::kHeight / 2 : test::PlaneFlight::kHeight;
-  shot.frame.image = {.pixels = nullptr,
-                      .width = test::PlaneFlight::kWidth,
-                      .height = height,
-                      .stride = test::PlaneFlight::kWidth};
+  shot.frame.image = {
+      .pixels = nullptr, .width = test::PlaneFlight::kWidth, .height = height, .stride = test::PlaneFlight::kWidth};
   shot.frame.t = flight_time + Duration::from_ns(faults.stamp_error_ns);
   shot.frame.stamp = CameraStamp::kEndOfFrame;
   shot.frame.sequence = static_cast<std::uint32_t>(next_);

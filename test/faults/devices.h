@@ -16,36 +16,36 @@ namespace plumb::faults {
 
 /// Beside those of the emulated unit itself.
 struct ImuLineFaults {
-  bool doubled = false;       ///< every datagram comes twice
-  bool swapped = false;       ///< of two datagrams the second comes first
-  bool saturated = false;     ///< the accelerometers are shaken to their limits
-  bool gone = false;          ///< the line itself: reading fails
+  bool doubled = false;    ///< every datagram comes twice
+  bool swapped = false;    ///< of two datagrams the second comes first
+  bool saturated = false;  ///< the accelerometers are shaken to their limits
+  bool gone = false;       ///< the line itself: reading fails
 };
 
 struct CameraFaults {
   bool dead = false;
-  bool stuck = false;         ///< the last image again and again, with new stamps
-  bool doubled = false;       ///< every frame comes twice
-  bool swapped = false;       ///< of two frames the second comes first
+  bool stuck = false;    ///< the last image again and again, with new stamps
+  bool doubled = false;  ///< every frame comes twice
+  bool swapped = false;  ///< of two frames the second comes first
   bool black = false;
-  bool noise = false;         ///< pixels that have nothing to do with the scene
-  bool damaged = false;       ///< the source says so
-  bool half_size = false;     ///< images of another size
-  std::int64_t late_ns = 0;   ///< frames arrive that much later, stamped as they should be
+  bool noise = false;        ///< pixels that have nothing to do with the scene
+  bool damaged = false;      ///< the source says so
+  bool half_size = false;    ///< images of another size
+  std::int64_t late_ns = 0;  ///< frames arrive that much later, stamped as they should be
   std::int64_t stamp_error_ns = 0;
 };
 
 struct RangeFaults {
   bool dead = false;
-  bool stuck = false;         ///< the last range again and again
+  bool stuck = false;  ///< the last range again and again
   bool doubled = false;
-  bool swapped = false;       ///< of two measurements the second comes first
-  bool corrupted = false;     ///< one bit of every frame is flipped
+  bool swapped = false;    ///< of two measurements the second comes first
+  bool corrupted = false;  ///< one bit of every frame is flipped
   bool not_a_number = false;
-  bool too_far = false;       ///< the device says that it has no echo
-  double offset_m = 0.0;      ///< added to every range
-  int outlier_every = 0;      ///< every so many-th range is a wild one; 0: none
-  std::int64_t late_ns = 0;   ///< on the bus that much later, where it gets its stamp
+  bool too_far = false;      ///< the device says that it has no echo
+  double offset_m = 0.0;     ///< added to every range
+  int outlier_every = 0;     ///< every so many-th range is a wild one; 0: none
+  std::int64_t late_ns = 0;  ///< on the bus that much later, where it gets its stamp
 };
 
 /// One number after the other, the same in every run.

@@ -44,58 +44,97 @@ const Words kEither = {"range-VIO", "VIO"};
 const Words kInertial = {"range-VIO", "inertial", "(VIO)", "range-VIO"};
 const Words kVio = {"range-VIO", "VIO", "range-VIO"};
 
-/// After a hole in the IMU's samples nothing is known: it starts anew in the air, from images and ranges of 2 s at most,
-/// after the half second for which the IMU has to be steady.
+/// After a hole in the IMU's samples nothing is known: it starts anew in the air, from images and ranges of 2 s at
+/// most, after the half second for which the IMU has to be steady.
 constexpr double kRestart_s = 4.0;
 /// A sensor that is back is believed after a few samples, and looked at once a second.
 constexpr double kBack_s = 1.0;
 
 // What an outage of another sensor does to the rate of those that hang on it, for a second or two.
-const Words kSidesOfRestart = {"IMU degraded",         "camera degraded",      "camera rejected", "camera ok",
+const Words kSidesOfRestart = {"IMU degraded",          "camera degraded",       "camera rejected", "camera ok",
                                "range finder degraded", "range finder rejected", "range finder ok", "image skipped"};
 
 void add_imu_faults(std::vector<Fault>& rows) {
   const auto unit = [](World& w) -> emulator::Stim300Faults& { return w.imu().unit().faults(); };
-  const Expectation lost{
-      .modes = kLost, .events = {"IMU silent", "IMU ok", "filter reset"}, .also = kSidesOfRestart, .recovery_s = kRestart_s, .recovered_in = kEither};
+  const Expectation lost{.modes = kLost,
+                         .events = {"IMU silent", "IMU ok", "filter reset"},
+                         .also = kSidesOfRestart,
+                         .recovery_s = kRestart_s,
+                         .recovered_in = kEither};
   rows.push_back({"imu-dead", "no byte of the IMU for 2 s", 10, 12, [=](World& w) { unit(w).unplugged = true; },
                   [=](World& w) { unit(w).unplugged = false; }, lost});
-  rows.push_back({"imu-dead-for-good", "no byte of the IMU any more", 10, 10,
-                  [=](World& w) { unit(w).unplugged = true; }, nullptr,
+  rows.push_back({"imu-dead-for-good",
+                  "no byte of the IMU any more",
+                  10,
+                  10,
+                  [=](World& w) { unit(w).unplugged = true; },
+                  nullptr,
                   {.modes = {"range-VIO", "failed"},
                    .events = {"IMU silent"},
                    .also = {"image skipped"},
                    .ending = Ending::kNotValid}});
   rows.push_back({"imu-line-gone", "reading the serial line fails for 2 s", 10, 12,
                   [](World& w) { w.imu().faults.gone = true; }, [](World& w) { w.imu().faults.gone = false; }, lost});
-  rows.push_back({"imu-stuck", "the IMU repeats its last numbers for 1 s", 10, 11, [=](World& w) { unit(w).stuck = true; },
-                  [=](World& w) { unit(w).stuck = false; }, lost});
+  rows.push_back({"imu-stuck", "the IMU repeats its last numbers for 1 s", 10, 11,
+                  [=](World& w) { unit(w).stuck = true; }, [=](World& w) { unit(w).stuck = false; }, lost});
   rows.push_back({"imu-bad-status", "the IMU reports that its sensors have failed for 1 s", 10, 11,
                   [=](World& w) { unit(w).status = 0x80; }, [=](World& w) { unit(w).status = 0; }, lost});
   rows.push_back({"imu-restarted", "the IMU loses its power for a moment and starts anew", 10, 10.4,
                   [](World& w) { w.imu().unit().restart(w.now_ns()); }, nullptr, lost});
-  rows.push_back({"imu-late", "bytes of the IMU arrive 20 ms late for 0.2 s", 10, 10.2,
-                  [=](World& w) { unit(w).late_ns = 20 * kMs; }, [=](World& w) { unit(w).late_ns = 0; },
+  rows.push_back({"imu-late",
+                  "bytes of the IMU arrive 20 ms late for 0.2 s",
+                  10,
+                  10.2,
+                  [=](World& w) { unit(w).late_ns = 20 * kMs; },
+                  [=](World& w) { unit(w).late_ns = 0; },
                   {.also = {"image skipped"}}});
-  rows.push_back({"imu-late-long", "bytes of the IMU arrive 30 ms late for 5 s", 10, 15,
-                  [=](World& w) { unit(w).late_ns = 30 * kMs; }, [=](World& w) { unit(w).late_ns = 0; },
-                  {.also = {"image skipped", "IMU degraded", "IMU ok", "camera degraded", "camera ok"},
-                   .recovery_s = kBack_s}});
-  rows.push_back({"imu-doubled", "every datagram of the IMU comes twice for 5 s", 10, 15,
-                  [](World& w) { w.imu().faults.doubled = true; }, [](World& w) { w.imu().faults.doubled = false; }, {}});
-  rows.push_back({"imu-out-of-order", "of two datagrams of the IMU the second comes first, for 5 s", 10, 15,
-                  [](World& w) { w.imu().faults.swapped = true; }, [](World& w) { w.imu().faults.swapped = false; },
+  rows.push_back(
+      {"imu-late-long",
+       "bytes of the IMU arrive 30 ms late for 5 s",
+       10,
+       15,
+       [=](World& w) { unit(w).late_ns = 30 * kMs; },
+       [=](World& w) { unit(w).late_ns = 0; },
+       {.also = {"image skipped", "IMU degraded", "IMU ok", "camera degraded", "camera ok"}, .recovery_s = kBack_s}});
+  rows.push_back({"imu-doubled",
+                  "every datagram of the IMU comes twice for 5 s",
+                  10,
+                  15,
+                  [](World& w) { w.imu().faults.doubled = true; },
+                  [](World& w) { w.imu().faults.doubled = false; },
+                  {}});
+  rows.push_back({"imu-out-of-order",
+                  "of two datagrams of the IMU the second comes first, for 5 s",
+                  10,
+                  15,
+                  [](World& w) { w.imu().faults.swapped = true; },
+                  [](World& w) { w.imu().faults.swapped = false; },
                   {.also = {"IMU degraded", "IMU ok"}, .recovery_s = kBack_s}});
-  rows.push_back({"imu-corrupted", "3 of 1000 bytes of the IMU have a wrong bit for 5 s", 10, 15,
-                  [=](World& w) { unit(w).flipped_bit = 0.003; }, [=](World& w) { unit(w).flipped_bit = 0.0; }, {}});
-  rows.push_back({"imu-bytes-lost", "3 of 1000 bytes of the IMU are lost for 5 s", 10, 15,
-                  [=](World& w) { unit(w).lost_byte = 0.003; }, [=](World& w) { unit(w).lost_byte = 0.0; }, {}});
-  rows.push_back({"imu-saturated", "a shock drives every accelerometer to its limits for 0.2 s", 10, 10.2,
-                  [](World& w) { w.imu().faults.saturated = true; }, [](World& w) { w.imu().faults.saturated = false; },
+  rows.push_back({"imu-corrupted",
+                  "3 of 1000 bytes of the IMU have a wrong bit for 5 s",
+                  10,
+                  15,
+                  [=](World& w) { unit(w).flipped_bit = 0.003; },
+                  [=](World& w) { unit(w).flipped_bit = 0.0; },
+                  {}});
+  rows.push_back({"imu-bytes-lost",
+                  "3 of 1000 bytes of the IMU are lost for 5 s",
+                  10,
+                  15,
+                  [=](World& w) { unit(w).lost_byte = 0.003; },
+                  [=](World& w) { unit(w).lost_byte = 0.0; },
+                  {}});
+  rows.push_back({"imu-saturated",
+                  "a shock drives every accelerometer to its limits for 0.2 s",
+                  10,
+                  10.2,
+                  [](World& w) { w.imu().faults.saturated = true; },
+                  [](World& w) { w.imu().faults.saturated = false; },
                   {.modes = restarted({"range-VIO", "(failed)"}),
                    .events = {"filter reset"},
                    .also = {"IMU silent", "IMU ok", "IMU degraded", "camera degraded", "camera ok", "image skipped"},
-                   .recovery_s = kRestart_s, .recovered_in = kEither}});
+                   .recovery_s = kRestart_s,
+                   .recovered_in = kEither}});
 }
 
 void add_camera_faults(std::vector<Fault>& rows) {
@@ -110,7 +149,8 @@ void add_camera_faults(std::vector<Fault>& rows) {
                            .position_m = kTwoSeconds_m};
   Expectation long_silent = silent;
   long_silent.position_m = kThreeSeconds_m;
-  // The first image after the outage shows tracks of before it, and then half a second passes until new ones are of use.
+  // The first image after the outage shows tracks of before it, and then half a second passes until new ones are of
+  // use.
   long_silent.modes.insert(long_silent.modes.end(), {"(inertial)", "(range-VIO)"});
   const Expectation rejected{.modes = kInertial,
                              .events = {"camera rejected", "camera ok"},
@@ -126,7 +166,8 @@ void add_camera_faults(std::vector<Fault>& rows) {
   row("camera-dead", "no image for 3 s", 10, 13, [](CameraFaults& f) { f.dead = true; }, long_silent);
   row("camera-dead-for-good", "no image any more", 10, 10, [](CameraFaults& f) { f.dead = true; },
       {.modes = {"range-VIO", "inertial"}, .events = {"camera silent"}, .ending = Ending::kNotReliable});
-  row("camera-stuck", "the camera sends its last image again and again for 2 s", 10, 12,
+  row(
+      "camera-stuck", "the camera sends its last image again and again for 2 s", 10, 12,
       [](CameraFaults& f) { f.stuck = true; }, silent);
   row("camera-late", "images arrive 100 ms late for 3 s", 10, 13, [](CameraFaults& f) { f.late_ns = 100 * kMs; },
       {.also = {"image skipped"}, .recovery_s = 0.0});
@@ -136,9 +177,11 @@ void add_camera_faults(std::vector<Fault>& rows) {
       [](CameraFaults& f) { f.swapped = true; }, {.also = {"camera degraded", "camera ok"}, .recovery_s = 0.0});
   row("camera-noise", "pixels at random for 2 s", 10, 12, [](CameraFaults& f) { f.noise = true; }, rejected);
   row("camera-black", "black images for 2 s", 10, 12, [](CameraFaults& f) { f.black = true; }, rejected);
-  row("camera-damaged", "the source says of each image that it is not whole, for 2 s", 10, 12,
+  row(
+      "camera-damaged", "the source says of each image that it is not whole, for 2 s", 10, 12,
       [](CameraFaults& f) { f.damaged = true; }, silent);
-  row("camera-wrong-size", "images of half the height for 2 s", 10, 12, [](CameraFaults& f) { f.half_size = true; },
+  row(
+      "camera-wrong-size", "images of half the height for 2 s", 10, 12, [](CameraFaults& f) { f.half_size = true; },
       silent);
   row("camera-clock-ahead", "stamps of the images jump 5 s ahead, for 1 s", 10, 11,
       [](CameraFaults& f) { f.stamp_error_ns = 5 * kSecond; },
@@ -161,23 +204,21 @@ void add_camera_faults(std::vector<Fault>& rows) {
 void add_range_faults(std::vector<Fault>& rows) {
   // Camera and IMU hold the position for some seconds, as the vehicle accelerates.
   const Words back = {"range finder degraded"};
-  const Expectation silent{.modes = kVio,
-                           .events = {"range finder silent", "range finder ok"},
-                           .also = back,
-                           .recovery_s = kBack_s};
-  const Expectation rejected{.modes = kVio,
-                             .events = {"range finder rejected", "range finder ok"},
-                             .also = back,
-                             .recovery_s = kBack_s};
+  const Expectation silent{
+      .modes = kVio, .events = {"range finder silent", "range finder ok"}, .also = back, .recovery_s = kBack_s};
+  const Expectation rejected{
+      .modes = kVio, .events = {"range finder rejected", "range finder ok"}, .also = back, .recovery_s = kBack_s};
   const auto row = [&rows](const char* name, const char* what, double from_s, double until_s, auto set,
                            const Expectation& expected) {
-    rows.push_back({name, what, from_s, until_s, [set](World& w) { set(w.range()); },
-                    [](World& w) { w.range() = {}; }, expected});
+    rows.push_back(
+        {name, what, from_s, until_s, [set](World& w) { set(w.range()); }, [](World& w) { w.range() = {}; }, expected});
     if (until_s == from_s) rows.back().end = nullptr;
   };
   row("range-dead", "no range for 3 s", 10, 13, [](RangeFaults& f) { f.dead = true; }, silent);
   row("range-dead-for-good", "no range any more", 10, 10, [](RangeFaults& f) { f.dead = true; },
-      {.modes = {"range-VIO", "VIO"}, .events = {"range finder silent"}, .also = back,
+      {.modes = {"range-VIO", "VIO"},
+       .events = {"range finder silent"},
+       .also = back,
        .recovery_s = 2.5,  // the timeout, and half a second for which a track carries the last range
        .position_m = 2 * kPosition_m});
   // Nothing tells it from a flight over ground that rises with the vehicle but tracks of the same spot, and those that
@@ -193,53 +234,103 @@ void add_range_faults(std::vector<Fault>& rows) {
       {.same_states = true});
   row("range-out-of-order", "of two ranges the second comes first, for 3 s", 10, 13,
       [](RangeFaults& f) { f.swapped = true; }, {});
-  row("range-corrupted", "a wrong bit in every CAN frame for 3 s", 10, 13, [](RangeFaults& f) { f.corrupted = true; },
+  row(
+      "range-corrupted", "a wrong bit in every CAN frame for 3 s", 10, 13, [](RangeFaults& f) { f.corrupted = true; },
       silent);
-  row("range-nan", "the range finder sends not-a-number for 3 s", 10, 13,
-      [](RangeFaults& f) { f.not_a_number = true; }, silent);
-  row("range-no-echo", "the range finder says for 3 s that it has no echo", 10, 13,
+  row(
+      "range-nan", "the range finder sends not-a-number for 3 s", 10, 13, [](RangeFaults& f) { f.not_a_number = true; },
+      silent);
+  row(
+      "range-no-echo", "the range finder says for 3 s that it has no echo", 10, 13,
       [](RangeFaults& f) { f.too_far = true; }, rejected);
   row("range-outliers", "every third range is anything up to 30 m, for 5 s", 10, 15,
       [](RangeFaults& f) { f.outlier_every = 3; },
       {.events = {"range finder degraded", "range finder ok"}, .recovery_s = 0.0});
-  row("range-offset", "every range is 1 m too long for 3 s", 10, 13, [](RangeFaults& f) { f.offset_m = 1.0; }, rejected);
+  row(
+      "range-offset", "every range is 1 m too long for 3 s", 10, 13, [](RangeFaults& f) { f.offset_m = 1.0; },
+      rejected);
 }
 
 void add_host_faults(std::vector<Fault>& rows) {
-  const Words sides = {"camera silent",  "camera degraded",      "camera rejected", "camera ok",
-                       "range finder silent", "range finder degraded", "range finder ok", "image skipped", "IMU degraded",
-                       "slip of assemble", "slip of predict", "slip of publish", "slip of health"};
-  rows.push_back({"clock-jump", "the flight clock jumps 2 s ahead", 10, 10, [](World& w) { w.step_clock(2 * kSecond); },
+  const Words sides = {"camera silent",       "camera degraded",       "camera rejected", "camera ok",
+                       "range finder silent", "range finder degraded", "range finder ok", "image skipped",
+                       "IMU degraded",        "slip of assemble",      "slip of predict", "slip of publish",
+                       "slip of health"};
+  rows.push_back({"clock-jump",
+                  "the flight clock jumps 2 s ahead",
+                  10,
+                  10,
+                  [](World& w) { w.step_clock(2 * kSecond); },
                   nullptr,
-                  {.modes = kLost, .events = {"IMU silent", "IMU ok", "filter reset"}, .also = sides,
-                   .recovery_s = kRestart_s, .recovered_in = kEither}});
-  rows.push_back({"nav-overrun", "an image takes the nav job 100 ms for 2 s, three times its budget", 10, 12,
-                  [](World& w) { w.host().nav_time_ns = 100 * kMs; }, [](World& w) { w.host().nav_time_ns = 10 * kMs; },
-                  {.events = {"overrun of nav", "result late", "image skipped"}, .also = {"camera degraded", "camera ok"},
-                   .recovery_s = 0.5}});
-  rows.push_back({"nav-hung", "the nav job hangs for 2 s", 10, 12, [](World& w) { w.host().nav_hangs = true; },
-                  [](World& w) { w.host().nav_hangs = false; },
-                  {.modes = restarted({"range-VIO", "inertial"}),
-                   .events = {"overrun of nav", "result late", "image skipped", "frame that nav missed", "filter reset"},
+                  {.modes = kLost,
+                   .events = {"IMU silent", "IMU ok", "filter reset"},
                    .also = sides,
-                   .recovery_s = kRestart_s, .recovered_in = kEither}});
-  rows.push_back({"tick-hung", "the tick hangs for 1 s; nothing of the IMU is lost", 10, 11,
-                  [](World& w) { w.host().tick_hangs = true; }, [](World& w) { w.host().tick_hangs = false; },
-                  {.modes = {"range-VIO", "failed", "range-VIO"}, .events = {"slip of assemble"},
-                   .also = sides, .recovery_s = kBack_s}});
-  rows.push_back({"rings-full", "the tick hangs for 3 s; the rings of IMU and images overflow", 10, 13,
-                  [](World& w) { w.host().tick_hangs = true; }, [](World& w) { w.host().tick_hangs = false; },
-                  {.modes = kLost, .events = {"IMU ok", "filter reset", "slip of assemble"}, .also = sides,
-                   .recovery_s = kRestart_s, .recovered_in = kEither}});
-  rows.push_back({"imu-thread-hung", "the IMU's thread hangs for 1 s; the line keeps 4 KiB", 10, 11,
+                   .recovery_s = kRestart_s,
+                   .recovered_in = kEither}});
+  rows.push_back({"nav-overrun",
+                  "an image takes the nav job 100 ms for 2 s, three times its budget",
+                  10,
+                  12,
+                  [](World& w) { w.host().nav_time_ns = 100 * kMs; },
+                  [](World& w) { w.host().nav_time_ns = 10 * kMs; },
+                  {.events = {"overrun of nav", "result late", "image skipped"},
+                   .also = {"camera degraded", "camera ok"},
+                   .recovery_s = 0.5}});
+  rows.push_back(
+      {"nav-hung",
+       "the nav job hangs for 2 s",
+       10,
+       12,
+       [](World& w) { w.host().nav_hangs = true; },
+       [](World& w) { w.host().nav_hangs = false; },
+       {.modes = restarted({"range-VIO", "inertial"}),
+        .events = {"overrun of nav", "result late", "image skipped", "frame that nav missed", "filter reset"},
+        .also = sides,
+        .recovery_s = kRestart_s,
+        .recovered_in = kEither}});
+  rows.push_back({"tick-hung",
+                  "the tick hangs for 1 s; nothing of the IMU is lost",
+                  10,
+                  11,
+                  [](World& w) { w.host().tick_hangs = true; },
+                  [](World& w) { w.host().tick_hangs = false; },
+                  {.modes = {"range-VIO", "failed", "range-VIO"},
+                   .events = {"slip of assemble"},
+                   .also = sides,
+                   .recovery_s = kBack_s}});
+  rows.push_back({"rings-full",
+                  "the tick hangs for 3 s; the rings of IMU and images overflow",
+                  10,
+                  13,
+                  [](World& w) { w.host().tick_hangs = true; },
+                  [](World& w) { w.host().tick_hangs = false; },
+                  {.modes = kLost,
+                   .events = {"IMU ok", "filter reset", "slip of assemble"},
+                   .also = sides,
+                   .recovery_s = kRestart_s,
+                   .recovered_in = kEither}});
+  rows.push_back({"imu-thread-hung",
+                  "the IMU's thread hangs for 1 s; the line keeps 4 KiB",
+                  10,
+                  11,
                   [](World& w) { w.host().imu_thread_hangs = true; },
                   [](World& w) { w.host().imu_thread_hangs = false; },
-                  {.modes = kLost, .events = {"IMU silent", "IMU ok", "filter reset"}, .also = sides,
-                   .recovery_s = kRestart_s, .recovered_in = kEither}});
-  rows.push_back({"log-full", "the disk does not answer for 5 s; the queues of the log overflow", 10, 15,
-                  [](World& w) { w.host().log_hangs = true; }, [](World& w) { w.host().log_hangs = false; },
+                  {.modes = kLost,
+                   .events = {"IMU silent", "IMU ok", "filter reset"},
+                   .also = sides,
+                   .recovery_s = kRestart_s,
+                   .recovered_in = kEither}});
+  rows.push_back({"log-full",
+                  "the disk does not answer for 5 s; the queues of the log overflow",
+                  10,
+                  15,
+                  [](World& w) { w.host().log_hangs = true; },
+                  [](World& w) { w.host().log_hangs = false; },
                   {.same_states = true, .whole_log = false}});
-  rows.push_back({"bad-commands", "commands with a wrong checksum, an unknown id, an argument, and one twice", 10, 10,
+  rows.push_back({"bad-commands",
+                  "commands with a wrong checksum, an unknown id, an argument, and one twice",
+                  10,
+                  10,
                   [](World& w) {
                     send(w, 1, 2, 0.0, true);
                     send(w, 2, 77);
@@ -253,14 +344,26 @@ void add_host_faults(std::vector<Fault>& rows) {
                   {.events = {"command refused: checksum", "command refused: no such command",
                               "command refused: argument", "command refused: repeated", "command accepted"},
                    .same_states = true}});
-  rows.push_back({"command-flood", "1000 commands at once", 10, 10,
+  rows.push_back({"command-flood",
+                  "1000 commands at once",
+                  10,
+                  10,
                   [](World& w) {
                     for (int i = 1; i <= 1000; ++i) send(w, i, 1);
                   },
-                  nullptr, {.events = {"command accepted"}, .same_states = true}});
-  rows.push_back({"reset-commanded", "a reset is commanded in the air", 10, 10, [](World& w) { send(w, 1, 2); }, nullptr,
-                  {.modes = restarted({"range-VIO"}), .events = {"command accepted", "filter reset"},
-                   .also = sides, .recovery_s = kRestart_s, .recovered_in = kEither}});
+                  nullptr,
+                  {.events = {"command accepted"}, .same_states = true}});
+  rows.push_back({"reset-commanded",
+                  "a reset is commanded in the air",
+                  10,
+                  10,
+                  [](World& w) { send(w, 1, 2); },
+                  nullptr,
+                  {.modes = restarted({"range-VIO"}),
+                   .events = {"command accepted", "filter reset"},
+                   .also = sides,
+                   .recovery_s = kRestart_s,
+                   .recovered_in = kEither}});
 }
 
 }  // namespace

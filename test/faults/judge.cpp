@@ -120,7 +120,8 @@ Finding judge_error(const Fault& fault, const SeenFlight& seen, const SeenFlight
   Finding finding{.expected = printed("%.2f m, %.2f m/s", expected.position_m, expected.velocity_m_s),
                   .seen = printed("%.3f m, %.3f m/s", worst_m, worst_m_s),
                   .passed = worst_m <= expected.position_m && worst_m_s <= expected.velocity_m_s};
-  if (expected.ending != Ending::kRecovers) finding = {.expected = "none to act on", .seen = "none to act on", .passed = true};
+  if (expected.ending != Ending::kRecovers)
+    finding = {.expected = "none to act on", .seen = "none to act on", .passed = true};
   if (relied_on_m > kHonest_m || relied_on_m_s > kHonest_m_s) {
     finding.passed = false;
     finding.seen += printed("; while it called itself reliable %.1f m, %.1f m/s", relied_on_m, relied_on_m_s);
@@ -139,7 +140,8 @@ Finding judge_error(const Fault& fault, const SeenFlight& seen, const SeenFlight
 std::string replayed(const std::filesystem::path& log, const char* how) {
   const test::ProgramOutput run = test::output_of(std::string(PLUMB_REPLAY) + " --log " + log.string() + how + " 2>&1");
   if (run.exit_status == 0 && run.text.find(", all equal") != std::string::npos) return "equal";
-  return run.text.find("gaps") != std::string::npos || run.text.find("is not before the INPUT_FRAME") != std::string::npos
+  return run.text.find("gaps") != std::string::npos ||
+                 run.text.find("is not before the INPUT_FRAME") != std::string::npos
              ? "says what is missing"
              : "not equal: " + run.text.substr(0, 300);
 }

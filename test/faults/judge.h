@@ -16,7 +16,8 @@ inline constexpr double kJudged_s = 3.0;
 /// Bounds of the error for a flight on camera, IMU and ranges: 1 % of the 20 m flown, and what a hover needs.
 inline constexpr double kPosition_m = 0.2;
 inline constexpr double kVelocity_m_s = 0.1;
-/// A state that says it can be relied on must not be further off than three times what it promises (modes.*_sigma_limit).
+/// A state that says it can be relied on must not be further off than three times what it promises
+/// (modes.*_sigma_limit).
 inline constexpr double kHonest_m = 3.0;
 inline constexpr double kHonest_m_s = 1.5;
 
@@ -70,9 +71,7 @@ struct Verdict {
   Finding recovery = {};  ///< in flight time
   Finding error = {};     ///< of the state, after recovery
   Finding replay = {};    ///< of the log
-  bool passed() const {
-    return modes.passed && events.passed && recovery.passed && error.passed && replay.passed;
-  }
+  bool passed() const { return modes.passed && events.passed && recovery.passed && error.passed && replay.passed; }
 };
 
 struct JudgedFlight {

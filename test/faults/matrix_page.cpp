@@ -39,7 +39,9 @@ std::string text_of(const Verdict& verdict) {
 std::string page_of(const std::vector<Verdict>& verdicts) {
   std::string page =
       "# Fault matrix\n\n"
-      "Written by `tools/faults --out docs/fault_matrix.md`.\n\n"
+      "Written by `tools/faults --out docs/fault_matrix.md`; [executive](executive.md#faults) tells how. In italics "
+      "what was\n"
+      "expected, where it is not what was seen: limits, and events that may come besides.\n\n"
       "| fault | what happens | modes | events | recovery | error | replay | |\n|---|---|---|---|---|---|---|---|\n";
   for (const Verdict& verdict : verdicts) {
     page += "| `" + verdict.name + "` | " + verdict.what;

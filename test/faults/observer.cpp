@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "fsw/events/event.h"
 #include "fsw/app/flight_schedule.h"
+#include "fsw/events/event.h"
 #include "fsw/measurement/command.h"
 #include "fsw/modes/mode_machine.h"
 #include "fsw/modes/sensor_health.h"

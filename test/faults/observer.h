@@ -44,7 +44,8 @@ class Observer final : public TelemetrySink {
 
   /// The flight clock is ahead of the world by that much.
   void set_clock_offset(std::int64_t offset_ns) { offset_ns_ = offset_ns; }
-  /// What is told from now on is told at that time since the flight began. Without a call it is told when it is stamped.
+  /// What is told from now on is told at that time since the flight began. Without a call it is told when it is
+  /// stamped.
   void set_now(double t_s) { now_s_ = t_s; }
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
 

@@ -46,8 +46,6 @@ class EmulatedVehicle {
   /// What is true, in seconds of CLOCK_MONOTONIC.
   const PlaneFlight& flight() const { return flight_; }
   double t_start_s() const { return 1e-9 * static_cast<double>(t_start_ns_); }
-  /// Since the flight began.
-  double now_s() const { return 1e-9 * static_cast<double>(emulator::Stim300OnPty::now_ns() - t_start_ns_); }
 
  private:
   bool is_away(VehicleDevice device) const { return away_[static_cast<std::size_t>(device)].load(); }

@@ -53,7 +53,8 @@ struct LiveFlight {
   int exit_code = -1;
 };
 
-/// `niceness`: 0 is the system's usual share of its time, 19 the least. `halfway`: what is done in the middle of the flight.
+/// `niceness`: 0 is the system's usual share of its time, 19 the least. `halfway`: what is done in the middle of the
+/// flight.
 LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
     const std::function<void()>& halfway = [] {}) {

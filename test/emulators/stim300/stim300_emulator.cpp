@@ -35,7 +35,8 @@ std::int32_t saturated(double counts) {
 std::uint8_t overload(const Counts& counts) {
   std::uint8_t status = 0;
   for (unsigned axis = 0; axis < 3; ++axis) {
-    if (counts[axis] == saturated(1e9) || counts[axis] == saturated(-1e9)) status |= static_cast<std::uint8_t>(0x10U | 1U << axis);
+    if (counts[axis] == saturated(1e9) || counts[axis] == saturated(-1e9))
+      status |= static_cast<std::uint8_t>(0x10U | 1U << axis);
   }
   return status;
 }
