@@ -31,16 +31,6 @@ std::int32_t saturated(double counts) {
   return static_cast<std::int32_t>(std::clamp(std::round(counts), -8388608.0, 8388607.0));
 }
 
-// Section 5.5.7: bit 4, and one bit for each axis.
-std::uint8_t overload(const Counts& counts) {
-  std::uint8_t status = 0;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    if (counts[axis] == saturated(1e9) || counts[axis] == saturated(-1e9))
-      status |= static_cast<std::uint8_t>(0x10U | 1U << axis);
-  }
-  return status;
-}
-
 }  // namespace
 
 Stim300Emulator::Stim300Emulator(const Stim300Setup& setup, std::int64_t t_on_ns, std::uint64_t seed)
@@ -84,11 +74,22 @@ std::vector<Transmission> Stim300Emulator::run_until(std::int64_t t_ns) {
   return due;
 }
 
+// Beyond its range an accelerometer says the end of it; the status has bit 4 then, and one bit for each axis.
+void Stim300Emulator::limit(std::array<double, 3>& force_m_s2) {
+  const double most = setup_.accel_range_g * kGravity;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (std::abs(force_m_s2[axis]) <= most) continue;
+    force_m_s2[axis] = std::copysign(most, force_m_s2[axis]);
+    overload_ |= static_cast<std::uint8_t>(1U << axis);
+  }
+}
+
 // One internal sample, and every so many of them a datagram.
 void Stim300Emulator::tick() {
   const double t_s = static_cast<double>(t_next_tick_ns_) * 1e-9;
   const std::array<double, 3> rate = rate_rad_s_(t_s - gyro_delay_s(setup_));
-  const std::array<double, 3> force = force_m_s2_(t_s - accel_delay_s(setup_));
+  std::array<double, 3> force = force_m_s2_(t_s - accel_delay_s(setup_));
+  limit(force);
   for (std::size_t i = 0; i < 3; ++i) {
     gyro_sum_[i] += rate[i] * 180.0 / std::numbers::pi;
     accel_sum_[i] += force[i];
@@ -124,8 +125,8 @@ void Stim300Emulator::tick() {
   }
   const std::uint8_t starting = t_ns < t_start_up_over_ns_ ? 0x40 : 0;
   content_.gyro_status = content_.accel_status = content_.other_status = faults_.status | starting;
-  content_.gyro_status |= overload(content_.gyro);
-  content_.accel_status |= overload(content_.accel);
+  if (overload_ != 0) content_.accel_status |= static_cast<std::uint8_t>(0x10U | overload_);
+  overload_ = 0;
   content_.counter = counter_;
   const std::int64_t t_start_ns = t_ns + kLatency_ns;
   if (t_start_ns < t_line_free_ns_) return;  // still sending the one before: this one is dropped

@@ -60,6 +60,7 @@ class Stim300Emulator {
  private:
   void tick();
   Stim300Content measure();
+  void limit(std::array<double, 3>& force_m_s2);
   void send(Bytes bytes, std::int64_t t_start_ns);
   void on_normal_command(const std::string& command, std::int64_t t_ns);
   std::string on_service_command(const std::string& command, std::int64_t t_ns);
@@ -80,6 +81,7 @@ class Stim300Emulator {
   std::array<double, 3> gyro_sum_{};
   std::array<double, 3> accel_sum_{};
   int summed_ = 0;
+  std::uint8_t overload_ = 0;  ///< axes of the accelerometer beyond their range since the last datagram
   Stim300Content content_;
   std::optional<Bytes> requested_;  ///< special datagram in place of the next normal one
 
