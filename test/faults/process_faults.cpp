@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "hal/linux/lcm_log.h"
-#include "test/emulators/pseudo_terminal.h"
+#include "tools/hil/pseudo_terminal.h"
 #include "test/live/emulated_vehicle.h"
 #include "test/live/flight_program.h"
 #include "test/support/process.h"
@@ -30,7 +30,8 @@ void sleep_for(double s) { std::this_thread::sleep_for(std::chrono::duration<dou
 
 fs::path write_configuration(const fs::path& folder, const std::string& imu_device, const std::string& more = "") {
   const fs::path file = folder / "flight.yaml";
-  std::ofstream(file) << test::plane_flight_configuration(imu_device, folder, more);
+  std::ofstream(file) << test::flight_configuration(imu_device, 20.0, folder / "flight.lcm",
+                                                      "socket: " + (folder / "camera").string(), more);
   return file;
 }
 
@@ -96,7 +97,7 @@ Finding has_all(const std::string& text, const Words& wanted, const std::string&
 // A disk of 8 MiB, in a mount namespace of its own, is full after some seconds.
 Verdict disk_full(const fs::path& folder) {
   constexpr double kLength_s = 12.0;
-  const EmulatedVehicle vehicle(folder / "camera", "", kLongest_s);
+  const EmulatedVehicle vehicle({.camera_socket = folder / "camera"}, kLongest_s);
   const fs::path disk = folder / "disk";
   fs::create_directory(disk);
   const std::string script = "mount -t tmpfs -o size=8m none \"$0\" && { \"$1\" \"$2\" --duration " +
@@ -118,7 +119,7 @@ Verdict disk_full(const fs::path& folder) {
 }
 
 Verdict killed(const fs::path& folder) {
-  EmulatedVehicle vehicle(folder / "camera", "", kLongest_s);
+  EmulatedVehicle vehicle({.camera_socket = folder / "camera"}, kLongest_s);
   const fs::path config = write_configuration(folder, vehicle.imu_device());
   const Words words = {PLUMB_FSW, config.string()};
   FlightProgram first(words, folder / "first");
@@ -139,7 +140,7 @@ Verdict killed(const fs::path& folder) {
 }
 
 Verdict stopped_for_a_while(const fs::path& folder) {
-  EmulatedVehicle vehicle(folder / "camera", "", kLongest_s);
+  EmulatedVehicle vehicle({.camera_socket = folder / "camera"}, kLongest_s);
   FlightProgram program({PLUMB_FSW, write_configuration(folder, vehicle.imu_device()).string()}, folder / "output");
   sleep_for(8.0);
   program.send(SIGSTOP);
@@ -170,8 +171,8 @@ Verdict bad_parameters(const fs::path& folder) {
 }
 
 Verdict silent_imu(const fs::path& folder) {
-  const EmulatedVehicle vehicle(folder / "camera", "", kLongest_s);
-  const emulator::PseudoTerminal nobody;
+  const EmulatedVehicle vehicle({.camera_socket = folder / "camera"}, kLongest_s);
+  const hil::PseudoTerminal nobody;
   FlightProgram program({PLUMB_FSW, write_configuration(folder, nobody.device()).string()}, folder / "output");
   const int code = program.wait();
   Finding named = has_all(program.output(), {"imu: silent", "camera: speaks"}, "names the IMU, exit code 3");
@@ -181,7 +182,7 @@ Verdict silent_imu(const fs::path& folder) {
 }
 
 Verdict no_room_for_the_log(const fs::path& folder) {
-  const EmulatedVehicle vehicle(folder / "camera", "", 1.0);
+  const EmulatedVehicle vehicle({.camera_socket = folder / "camera"}, 1.0);
   const std::string log = (folder / "nowhere" / "flight.lcm").string();
   const test::ProgramOutput run =
       test::output_of(std::string(PLUMB_FSW) + " " + write_configuration(folder, vehicle.imu_device()).string() +

@@ -1,23 +1,22 @@
 #pragma once
 // The emulated LIDAR-Lite as a character device, served by lidar_lite_cuse.
 
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <stdexcept>
 #include <string>
 
 namespace plumb::test {
 
-/// The emulator in a process of its own, for as long as this lives.
+/// The emulator in a process of its own, for as long as this lives. Throws std::runtime_error where it does not answer.
 class LidarLiteServed {
  public:
   LidarLiteServed(const char* program, const char* model) {
     int to_server[2];
     int from_server[2];
-    EXPECT_EQ(pipe(to_server), 0);
-    EXPECT_EQ(pipe(from_server), 0);
+    if (pipe(to_server) != 0 || pipe(from_server) != 0) throw std::runtime_error("no pipe can be made");
     process_ = fork();
     if (process_ == 0) {
       dup2(to_server[0], STDIN_FILENO);
@@ -44,7 +43,9 @@ class LidarLiteServed {
 
   void set(const std::string& line) const {
     const std::string whole = line + "\n";
-    EXPECT_EQ(write(world_, whole.data(), whole.size()), static_cast<ssize_t>(whole.size()));
+    if (write(world_, whole.data(), whole.size()) != static_cast<ssize_t>(whole.size())) {
+      throw std::runtime_error("the emulated LIDAR-Lite hears nothing");
+    }
     expect_ready();
   }
   static constexpr const char* kDevice = "/dev/i2c-lidar";
@@ -54,7 +55,7 @@ class LidarLiteServed {
     std::string line;
     // Byte by byte: a pipe may give a line in pieces, and what follows it belongs to the next answer.
     for (char byte = 0; byte != '\n' && read(answers_, &byte, 1) == 1;) line += byte;
-    EXPECT_EQ(line, "ready\n");
+    if (line != "ready\n") throw std::runtime_error("the emulated LIDAR-Lite answers: " + line);
   }
 
   pid_t process_ = -1;
