@@ -11,6 +11,7 @@
 namespace plumb {
 namespace {
 
+constexpr double kLongestCoast_s = 8.0;  // without an image; what is left of the state is worth less than a new start
 constexpr double kKeptImu = kMaxStartWindow_s + 0.5;  // s of samples behind the horizon, for stillness and starting
 
 }  // namespace
@@ -62,6 +63,7 @@ Status Estimator<Config>::add_imu(const ImuSample& sample) {
     return Status::kInvalidValue;
   }
   const Time before = imu_.newest();
+  if (initialised_ && imu_.is_exhausted(state_.t)) coast();
   if (!ok(imu_.push(sample))) {
     ++counters_.imu_out_of_order;
     return Status::kOutOfOrder;
@@ -86,11 +88,11 @@ Status Estimator<Config>::process(const Frame& frame) {
   report_ = {};
   report_.tracks = static_cast<std::uint32_t>(frame.observations.size());
   const Time t = state_.calibration().imu_time(frame.t);
-  if (t <= last_frame_t_) {
+  if (t <= last_frame_t_ || (initialised_ && t < state_.t)) {
     ++counters_.frames_out_of_order;
     return Status::kOutOfOrder;
   }
-  if (initialised_ && imu_.oldest() > state_.t) {  // no image for longer than the buffer holds: samples are gone
+  if (initialised_ && (t - last_frame_t_).seconds() > kLongestCoast_s) {
     ++counters_.imu_overflow;
     reset();
   }
@@ -154,6 +156,13 @@ void Estimator<Config>::propagate_to(Time t) {
     add_linear(state_.covariance(), 0, by_scale, ErrorLayout<Config>::kImuScale);
   }
   state_.t = t;
+}
+
+// Without images nothing asks for the state, and the samples since the last one fill the buffer. Half of them are used
+// then, so that an image that is late is still in time.
+template <class Config>
+void Estimator<Config>::coast() {
+  propagate_to(imu_.oldest() + (imu_.newest() - imu_.oldest()) / 2);
 }
 
 template <class Config>

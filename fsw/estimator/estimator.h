@@ -117,6 +117,7 @@ class Estimator {
   bool ranges_tell_scale(Time t) const;
   bool give_to_track(const RangeSample& range, Time t);
   void propagate_to(Time t);
+  void coast();
   /// Whether the pose of the image at t is to stay in the window: at high image rates not all do, so that the window
   /// spans a baseline.
   bool stays(Time t) const {

@@ -33,6 +33,8 @@ class ImuBuffer {
   Status push(const ImuSample& sample);
   /// Forgets samples not needed to integrate from t on: all but the last one at or before t.
   void drop_before(Time t);
+  /// Whether the next sample would take the place of one that integration from t on needs.
+  bool is_exhausted(Time t) const { return count_ == kCapacity && at(1).t > t; }
   /// True when samples bracket both ends.
   bool spans(Time from, Time to) const { return !empty() && oldest() <= from && to <= newest(); }
 

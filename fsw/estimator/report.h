@@ -48,7 +48,7 @@ struct EstimatorCounters {
   std::uint64_t imu_out_of_order = 0;
   std::uint64_t imu_invalid = 0;  ///< not finite or beyond the limits
   std::uint64_t imu_gaps = 0;
-  std::uint64_t imu_overflow = 0;
+  std::uint64_t imu_overflow = 0;  ///< starts anew because no image came for too long
   std::uint64_t frames = 0;
   std::uint64_t frames_out_of_order = 0;
   std::uint64_t frames_without_imu = 0;
