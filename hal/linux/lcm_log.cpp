@@ -1,13 +1,21 @@
 #include "hal/linux/lcm_log.h"
 
 #include <lcm/lcm.h>
+#include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 
 namespace plumb {
+namespace {
+
+// Sync word, number, time, lengths of channel and data.
+constexpr std::int64_t kEventHeaderBytes = 4 + 8 + 8 + 4 + 4;
+
+}  // namespace
 namespace {
 
 lcm_eventlog_t* open_log(const std::string& file, const char* mode, std::string& error) {
@@ -64,15 +72,29 @@ LcmLogReader::~LcmLogReader() {
   lcm_eventlog_destroy(log_);
 }
 
+// Whether what follows is an event that would end behind the file.
+bool LcmLogReader::is_piece_left() const {
+  const std::int64_t left = size_ - position_;
+  if (left < kEventHeaderBytes) return left > 0;
+  std::array<std::uint8_t, kEventHeaderBytes> header{};
+  if (pread(fileno(log_->f), header.data(), header.size(), position_) != kEventHeaderBytes) return false;
+  const auto number_at = [&header](std::size_t at) {  // big-endian
+    std::uint32_t number = 0;
+    for (std::size_t i = 0; i < 4; ++i) number = number << 8U | header[at + i];
+    return number;
+  };
+  constexpr std::uint32_t kSync = 0xEDA1DA01;
+  return number_at(0) == kSync && kEventHeaderBytes + std::int64_t{number_at(20)} + number_at(24) > left;
+}
+
 Status LcmLogReader::next(LogEvent& event) {
   if (event_ != nullptr) lcm_eventlog_free_event(event_);
   event_ = lcm_eventlog_read_next_event(log_);
   if (event_ == nullptr) {
-    is_cut_ = position_ != size_;
-    return Status::kNotReady;
+    is_cut_ = is_piece_left();
+    return is_cut_ || position_ == size_ ? Status::kNotReady : Status::kInvalidValue;
   }
   // LCM looks for the next sync word on its own: bytes passed over mean that something is damaged.
-  constexpr std::int64_t kEventHeaderBytes = 4 + 8 + 8 + 4 + 4;
   position_ += kEventHeaderBytes + event_->channellen + event_->datalen;
   if (std::ftell(log_->f) != position_) return Status::kInvalidValue;
   event.channel.assign(event_->channel, static_cast<std::size_t>(event_->channellen));

@@ -56,6 +56,8 @@ class LcmLogReader {
 
  private:
   explicit LcmLogReader(lcm_eventlog_t* log);
+  bool is_piece_left() const;
+
   lcm_eventlog_t* log_;
   lcm_eventlog_event_t* event_ = nullptr;
   std::int64_t size_ = 0;

@@ -8,11 +8,11 @@
 #include <thread>
 
 #include "hal/linux/lcm_log.h"
-#include "tools/hil/pseudo_terminal.h"
 #include "test/live/emulated_vehicle.h"
 #include "test/live/flight_program.h"
 #include "test/support/process.h"
 #include "test/support/temporary_folder.h"
+#include "tools/hil/pseudo_terminal.h"
 
 namespace plumb::faults {
 namespace {
@@ -31,7 +31,7 @@ void sleep_for(double s) { std::this_thread::sleep_for(std::chrono::duration<dou
 fs::path write_configuration(const fs::path& folder, const std::string& imu_device, const std::string& more = "") {
   const fs::path file = folder / "flight.yaml";
   std::ofstream(file) << test::flight_configuration(imu_device, 20.0, folder / "flight.lcm",
-                                                      "socket: " + (folder / "camera").string(), more);
+                                                    "socket: " + (folder / "camera").string(), more);
   return file;
 }
 

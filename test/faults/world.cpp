@@ -10,8 +10,10 @@ namespace {
 
 FlightSetup plane_flight_setup() {
   std::vector<std::string> faults;
-  FlightSetup setup = read_flight_config(
-      "the fault matrix", test::flight_configuration("/dev/null", 20.0, "/flight.lcm", "socket: /camera", test::range_section("can: vcan0")), faults);
+  FlightSetup setup = read_flight_config("the fault matrix",
+                                         test::flight_configuration("/dev/null", 20.0, "/flight.lcm", "socket: /camera",
+                                                                    test::range_section("can: vcan0")),
+                                         faults);
   if (!faults.empty()) throw std::runtime_error(faults.front());
   return setup;
 }

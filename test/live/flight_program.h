@@ -9,7 +9,8 @@
 
 namespace plumb::test {
 
-/// The configuration file of a plane flight. `camera`: the key and value that say where it is. `more`: further sections.
+/// The configuration file of a plane flight. `camera`: the key and value that say where it is. `more`: further
+/// sections.
 std::string flight_configuration(const std::string& imu_device, double image_rate_hz, const std::filesystem::path& log,
                                  const std::string& camera, const std::string& more);
 

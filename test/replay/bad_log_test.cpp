@@ -133,7 +133,7 @@ TEST_F(BadLog, TellsALogThatIsDamagedOrNone) {
   {
     std::fstream file(log_, std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(middle);
-    file << std::string(2000, 'x');
+    file << std::string(20000, 'x');  // more than one event
   }
   const ReplayResult damaged = run_replay("--log " + quoted(log_));
   EXPECT_EQ(damaged.exit_code, 2);

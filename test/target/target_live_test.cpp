@@ -39,7 +39,8 @@ TEST(LiveTarget, FliesOnWhileEachDeviceIsPulled) {
                            .image_period_ns = 100'000'000},
                           kLength_s + 4.0);
   std::ofstream("flight.yaml") << flight_configuration(
-      vehicle.imu_device(), vehicle.image_rate_hz(), "flight.lcm", std::string("device: ") + emulator::LoopbackCamera::kDevice,
+      vehicle.imu_device(), vehicle.image_rate_hz(), "flight.lcm",
+      std::string("device: ") + emulator::LoopbackCamera::kDevice,
       range_section(std::string("i2c: ") + LidarLiteServed::kDevice + "\n  model: v3"));
   const auto start = std::chrono::steady_clock::now();
   const auto wait_until = [start](double t_s) {

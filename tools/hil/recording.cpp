@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 
 #include "config/input_error.h"
 #include "fsw/telemetry/raw_messages.h"
@@ -28,7 +29,7 @@ std::unique_ptr<LcmLogReader> open(const std::string& file) {
 bool read(LcmLogReader& log, const std::string& file, LogEvent& event) {
   const Status status = log.next(event);
   if (status == Status::kInvalidValue) {
-    throw InputError(file + ": is damaged or cut short after byte " + std::to_string(log.position()) +
+    throw InputError(file + ": is damaged after byte " + std::to_string(log.position()) +
                      "; expected an LCM event log");
   }
   return ok(status);
@@ -49,6 +50,10 @@ Contents contents_of(const std::string& file) {
     ++contents.messages[event.channel];
     contents.first = std::min(contents.first, event.t);
     contents.last = std::max(contents.last, event.t);
+  }
+  if (log->is_cut()) {
+    std::fprintf(stderr, "plumb-hil: warning: %s: is cut short after byte %lld; played up to there\n", file.c_str(),
+                 static_cast<long long>(log->position()));
   }
   if (!is_calibrated) throw InputError(file + ": has no CALIBRATION; expected a log of plumb-fsw or tools/simulate");
   if (contents.messages.empty()) {

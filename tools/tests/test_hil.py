@@ -120,7 +120,7 @@ def test_a_log_that_is_none_is_named(log: Path, tmp_path: Path) -> None:
     whole = log.read_bytes()
     bad = {
         "missing.lcm": (None, "cannot be opened"),
-        "cut.lcm": (whole[:-10], "is damaged or cut short after byte"),
+        "damaged.lcm": (b"x" + whole[1:], "is damaged after byte"),
         "empty.lcm": (b"", "has no CALIBRATION"),
     }
     for name, (content, message) in bad.items():
@@ -129,3 +129,11 @@ def test_a_log_that_is_none_is_named(log: Path, tmp_path: Path) -> None:
         run = subprocess.run([PLAYER, name, "--pty", "imu"], check=False, capture_output=True, text=True, cwd=tmp_path)
         assert run.returncode == 2
         assert run.stderr.startswith(f"plumb-hil: {name}: {message}"), run.stderr
+
+
+def test_a_log_that_is_cut_short_is_played_up_to_there(log: Path, tmp_path: Path) -> None:
+    (tmp_path / "cut.lcm").write_bytes(log.read_bytes()[:-10])
+    command = [PLAYER, "cut.lcm", "--pty", "imu"]
+    run = subprocess.run(command, check=False, capture_output=True, text=True, cwd=tmp_path)
+    assert run.returncode == 0
+    assert "cut.lcm: is cut short after byte" in run.stderr

@@ -104,6 +104,7 @@ TEST(AcceptedParameters, AllAtOneEndOfTheirRangesAreFlown) {
     for (const ParamRow<Parameters>& row : parameter_table().rows()) {
       ASSERT_EQ(parameter_table().set(parameters, row.name, top ? row.max : row.min).status, Status::kOk);
     }
+    parameters.estimator.range.facet_after_s = 0.5 * parameters.modes.range_timeout_s;  // has to be below it
     EXPECT_TRUE(use(parameters, ""));
     EXPECT_TRUE(use(parameters, "modes."));
   }

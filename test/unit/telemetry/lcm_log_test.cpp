@@ -57,7 +57,24 @@ TEST_F(LcmLog, TellsALogThatIsCutShort) {
   ASSERT_NE(reader, nullptr) << error;
   LogEvent event;
   ASSERT_EQ(reader->next(event), Status::kOk);
-  EXPECT_EQ(reader->next(event), Status::kInvalidValue);
+  EXPECT_FALSE(reader->is_cut());
+  EXPECT_EQ(reader->next(event), Status::kNotReady);
+  EXPECT_TRUE(reader->is_cut());
+}
+
+TEST_F(LcmLog, TellsDamageAtItsEndFromACut) {
+  const std::string file = write_log();
+  {
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary | std::ios::ate);
+    stream << "what is no event, and longer than the head of one";
+  }
+  std::string error;
+  const std::unique_ptr<LcmLogReader> reader = LcmLogReader::open(file, error);
+  ASSERT_NE(reader, nullptr) << error;
+  LogEvent event;
+  ASSERT_EQ(reader->next(event), Status::kOk);
+  EXPECT_EQ(reader->next(event), Status::kInvalidValue);  // LCM looks at what follows an event
+  EXPECT_FALSE(reader->is_cut());
 }
 
 TEST_F(LcmLog, TellsDamageThatLcmPassesOver) {
