@@ -321,7 +321,7 @@ void VisualUpdate<Config>::start_without_parallax(State& state, Table& tracks, c
                                                   FrameReport& report) {
   for (std::size_t n = 0; n < kMaxStarts && !state.features.full(); ++n) {
     TrackType* track =
-        best_for_start(tracks, [this](const TrackType& t) { return t.alive && t.samples.size() == Config::kMaxPoses; });
+        best_for_start(tracks, [](const TrackType& t) { return t.alive && t.samples.size() == Config::kMaxPoses; });
     if (track == nullptr) return;
     const Vec2 z = track->samples.back().z;
     const SlamFeature feature{track->id, state.window().back(), FeatureParameters(z.x(), z.y(), prior.rho), 0, false};
