@@ -56,6 +56,9 @@ if(PLUMB_COVERAGE)
 endif()
 
 set(PLUMB_WARNINGS -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion)
+if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  list(APPEND PLUMB_WARNINGS -Wno-deprecated-declarations)  # std::stable_sort of libstdc++ 12 uses what it deprecates
+endif()
 if(NOT PLUMB_SANITIZE AND NOT PLUMB_COVERAGE)  # instrumentation misleads the compiler's flow analysis
   list(APPEND PLUMB_WARNINGS -Werror)
 endif()

@@ -190,13 +190,13 @@ void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) 
                                       {"accelerometer_noise_density", "imu.accel_noise_density"},
                                       {"accelerometer_random_walk", "imu.accel_bias_walk"}};
   for (const auto& [key, parameter] : kKeys) {
-    steps([&, key = key, parameter = parameter] { set_from(yaml, key, yaml.number(key), parameter, parameters); });
+    steps([&] { set_from(yaml, key, yaml.number(key), parameter, parameters); });
   }
   constexpr const char* kOptionalKeys[][2] = {{"gyroscope_bias_stddev", "start.gyro_bias_sigma"},
                                               {"accelerometer_bias_stddev", "start.accel_bias_sigma"},
                                               {"gravity_mps2", "imu.gravity"}};
   for (const auto& [key, parameter] : kOptionalKeys) {
-    steps([&, key = key, parameter = parameter] {
+    steps([&] {
       const std::optional<double> value = yaml.optional_number(key);
       if (value) set_from(yaml, key, *value, parameter, parameters);
     });
