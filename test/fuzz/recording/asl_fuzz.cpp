@@ -23,7 +23,7 @@ void read_all(const std::filesystem::path& folder) {
   try {
     const auto source = open_asl({.folder = folder, .parameters = folder / "parameters.yaml"});
     Tick tick;
-    Time t_last = Time::from_ns(0);
+    Time t_last = Time::never();
     while (source->next(tick)) {
       PLUMB_ASSERT(tick.input.t > t_last);
       t_last = tick.input.t;
