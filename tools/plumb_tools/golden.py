@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plumb_tools import files
-from plumb_tools.demo.pipeline import ROOT
+from plumb_tools.demo.pipeline import ROOT, replay_summary
 from plumb_tools.demo.process import StepFailed, exit_code
 from plumb_tools.trajectory import InputError
 
@@ -42,11 +42,7 @@ def simulated() -> dict[str, str]:
 
 def recorded(recording: Path) -> dict[str, str]:
     """Hash of a recording, flown with range."""
-    with tempfile.TemporaryDirectory() as out:
-        command = [BIN / "plumb-replay", "--asl", recording, "--out", out]
-        subprocess.run([str(word) for word in command], check=True, capture_output=True)
-        summary = json.loads((Path(out) / "summary.json").read_text(encoding="utf-8"))
-    return {RECORDING: summary["run_hash"]}
+    return {RECORDING: replay_summary(recording)["run_hash"]}
 
 
 def read_golden(file: Path = GOLDEN) -> dict[str, str]:

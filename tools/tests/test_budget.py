@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from plumb_tools.budget.__main__ import BUDGETS, Budget, accept, read_budgets, verdict
-from plumb_tools.budget.figures import ROOT, Figure, replayed, sections, stacks
+from plumb_tools.budget.figures import Figure, replayed, sections, stacks
+from plumb_tools.demo.pipeline import ROOT
 from plumb_tools.trajectory import InputError
 
 BUILD = ROOT / "build" / "flight"
@@ -28,7 +29,7 @@ def test_memory_and_stacks_are_within_budget() -> None:
 
 
 def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> None:
-    assert _wrong(list(replayed(BUILD, euroc_mh01))) == {}
+    assert _wrong(list(replayed(euroc_mh01))) == {}
 
 
 @pytest.mark.parametrize(

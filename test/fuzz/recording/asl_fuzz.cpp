@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "config/input_error.h"
-#include "fsw/base/assert.h"
+#include "test/fuzz/recording/read_all.h"
 #include "test/replay/small_recording.h"
 #include "tools/replay/asl_reader.h"
 
@@ -19,18 +18,13 @@ const std::array<std::string, 8> kFiles = {"mav0/cam0/sensor.yaml",   "mav0/imu0
                                            "mav0/imu0/data.csv",      "mav0/range0/data.csv",
                                            "parameters.yaml",         "mav0/state_groundtruth_estimate0/data.csv"};
 
-void read_all(const std::filesystem::path& folder) {
-  try {
-    const auto source = open_asl({.folder = folder, .parameters = folder / "parameters.yaml"});
-    Tick tick;
-    Time t_last = Time::never();
-    while (source->next(tick)) {
-      PLUMB_ASSERT(tick.input.t > t_last);
-      t_last = tick.input.t;
-    }
-  } catch (const InputError& error) {
-    PLUMB_ASSERT(error.what()[0] != '\0');
-  }
+void check_recording(const std::filesystem::path& folder) {
+  Time t_last = Time::never();
+  read_all([&] { return open_asl({.folder = folder, .parameters = folder / "parameters.yaml"}); },
+           [&](const Tick& tick) {
+             PLUMB_ASSERT(tick.input.t > t_last);
+             t_last = tick.input.t;
+           });
 }
 
 }  // namespace
@@ -45,7 +39,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string& file = kFiles[data[0] % kFiles.size()];
   const std::string was = recording.content(file);
   recording.write(file, std::string(reinterpret_cast<const char*>(data) + 1, size - 1));
-  read_all(recording.path());
+  check_recording(recording.path());
   recording.write(file, was);
   return 0;
 }

@@ -13,8 +13,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from plumb_tools.budget.figures import ROOT, Figure, instructions, replayed, sections, stacks
+from plumb_tools.budget.figures import Figure, instructions, replayed, sections, stacks
 from plumb_tools.demo import pipeline
+from plumb_tools.demo.pipeline import ROOT
 from plumb_tools.demo.process import StepFailed, Steps, exit_code
 from plumb_tools.files import write_text
 from plumb_tools.trajectory import InputError
@@ -102,7 +103,7 @@ def _measure(arguments: argparse.Namespace, steps: Steps) -> list[Figure]:
     if not arguments.recording.is_dir():
         print(f"budget: no {arguments.recording}: heap, memory and instructions are left out", file=sys.stderr)
         return figures
-    figures += replayed(build, arguments.recording)
+    figures += replayed(arguments.recording)
     if arguments.arm64:
         pipeline.build(steps, logs, "plumb-instruction-budget", "arm64-flight")
         with steps.step("count instructions"):

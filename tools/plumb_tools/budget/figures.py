@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[3]
+from plumb_tools.demo.pipeline import ROOT, replay_summary
+
 PROCESS = "plumb-fsw"
 #: Folders of the flight software whose code is counted, each with its library in the build.
 FLIGHT_FOLDERS = ("fsw", "drivers")
@@ -59,13 +58,11 @@ def stacks(build: Path) -> Iterator[Figure]:
     yield Figure("stack.unbounded", "functions whose frame the compiler cannot bound", float(unbounded))
 
 
-def replayed(build: Path, recording: Path) -> Iterator[Figure]:
+def replayed(recording: Path) -> Iterator[Figure]:
     """Heap calls and memory of a whole recorded flight."""
-    with tempfile.TemporaryDirectory() as out:
-        _lines([build / "bin" / "plumb-replay", "--asl", recording, "--out", out])
-        summary = json.loads((Path(out) / "summary.json").read_text(encoding="utf-8"))
-    heap = summary["heap_calls"]
-    yield Figure("heap.calls", "heap calls in estimator, tracker and the rest of fsw", float(sum(heap.values())))
+    summary = replay_summary(recording)
+    yield Figure("heap.calls", "heap calls in estimator, tracker and the rest of fsw",
+                 float(sum(summary["heap_calls"].values())))  # fmt: skip
     yield Figure("memory.resident", "resident memory of a replay at most, its reading of images included",
                  summary["peak_rss_mib"] * 2.0**20)  # fmt: skip
 

@@ -6,6 +6,8 @@ import hashlib
 import json
 import os
 import shutil
+import subprocess
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,6 +90,14 @@ def built_replay() -> Path:
     if not REPLAY.exists():
         raise StepFailed("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
     return REPLAY
+
+
+def replay_summary(recording: Path) -> Any:
+    """Flies a recording in the ASL layout once, and what plumb-replay sums up of it."""
+    with tempfile.TemporaryDirectory() as out:
+        command = [str(built_replay()), "--asl", str(recording), "--out", out]
+        subprocess.run(command, check=True, capture_output=True)
+        return read_json(Path(out) / "summary.json")
 
 
 def replay_digest() -> str:
