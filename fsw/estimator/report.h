@@ -29,8 +29,12 @@ struct FrameReport {
       0.0;  ///< normalised innovations squared, summed over slam_used and slam_rejected; ideally 2 of each
   std::uint32_t msckf_used = 0;
   std::uint32_t msckf_rejected = 0;
+  double track_nis = 0.0;        ///< the same of tracks, summed over those judged, refused ones too; ideally track_rows
+  std::uint32_t track_rows = 0;  ///< rows of these, less three for each feature
   std::uint32_t ranged_used = 0;  ///< of the tracks used, those with a range
   std::uint32_t ranged_rejected = 0;
+  double ranged_nis = 0.0;          ///< what ranges add to the NIS of their tracks; ideally ranged_judged
+  std::uint32_t ranged_judged = 0;  ///< tracks that could be judged with the range and without
   std::uint32_t ranges_used = 0;
   RangeOutcome range_outcome = RangeOutcome::kNone;  ///< of the newest range of this frame
   std::array<std::uint32_t, 3> range_facet{};  ///< track ids of the facet's vertices; all zero: none under the beam

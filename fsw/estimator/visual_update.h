@@ -84,7 +84,7 @@ class VisualUpdate {
   /// Of the track at hand: what select_rows() chose.
   Rows& rows() { return with_range_ ? ranged_ : plain_; }
   /// With its range, unless that contradicts the observations, which are judged first and alone.
-  Use select_rows(const State& state, const Views& views, const KnownDepth* known);
+  Use select_rows(const State& state, const Views& views, const KnownDepth* known, FrameReport& report);
   std::optional<KnownDepth> known_depth(const State& state, const TrackType& track, const Views& views) const;
   void add_compressed_rows(const State& state, UpdateStack<Config>& stack);
   void add_compressed_rows(const State& state, std::span<const std::size_t> kept, UpdateStack<Config>& stack);

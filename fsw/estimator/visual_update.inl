@@ -200,17 +200,25 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
 
 template <class Config>
 typename VisualUpdate<Config>::Use VisualUpdate<Config>::select_rows(const State& state, const Views& views,
-                                                                     const KnownDepth* known) {
+                                                                     const KnownDepth* known, FrameReport& report) {
   constexpr double kRangeGate = 9.0;  // three sigmas, squared: what the range adds to the track's innovation
   const ConstMatrixView poses =
       state.covariance().block(kFirstColumn, kFirstColumn, Rows::kPoseColumns, Rows::kPoseColumns);
   with_range_ = false;
   const Status seen = build_track_rows(views, limits_, sigma_, plain_);
   const double plain = ok(seen) ? innovation_squared(plain_, poses) : 0.0;
-  if (ok(seen) && !(plain <= gate_.quantile(plain_.pose_rows().rows()))) return Use::kRejected;
+  if (ok(seen)) {
+    report.track_nis += plain;
+    report.track_rows += static_cast<std::uint32_t>(plain_.pose_rows().rows());
+    if (!(plain <= gate_.quantile(plain_.pose_rows().rows()))) return Use::kRejected;
+  }
   if (known != nullptr && ok(build_track_rows(views, limits_, sigma_, ranged_, known))) {
-    const double limit = ok(seen) ? plain + kRangeGate : gate_.quantile(ranged_.pose_rows().rows());
-    with_range_ = innovation_squared(ranged_, poses) <= limit;
+    const double ranged = innovation_squared(ranged_, poses);
+    if (ok(seen)) {
+      report.ranged_nis += ranged - plain;
+      ++report.ranged_judged;
+    }
+    with_range_ = ranged <= (ok(seen) ? plain + kRangeGate : gate_.quantile(ranged_.pose_rows().rows()));
   }
   if (ok(seen) || with_range_) return Use::kAccepted;
   return known != nullptr && seen == Status::kIllConditioned ? Use::kLater : Use::kRejected;
@@ -220,7 +228,7 @@ template <class Config>
 void VisualUpdate<Config>::use_track(const State& state, TrackType& track, bool may_start, FrameReport& report) {
   const Views views = views_of(state, track);
   const std::optional<KnownDepth> known = known_depth(state, track, views);
-  const Use use = select_rows(state, views, known ? &*known : nullptr);
+  const Use use = select_rows(state, views, known ? &*known : nullptr, report);
   if (known) ++(with_range_ ? report.ranged_used : report.ranged_rejected);
   if (use == Use::kLater) {
     track.range.reset();  // a false echo is no fault of the track

@@ -45,8 +45,12 @@ FrameReport report_of(const nav_state_t& message) {
   report.slam_nis = message.slam_nis;
   report.msckf_used = count(message.msckf_used);
   report.msckf_rejected = count(message.msckf_rejected);
+  report.track_nis = message.track_nis;
+  report.track_rows = count(message.track_rows);
   report.ranged_used = count(message.ranged_used);
   report.ranged_rejected = count(message.ranged_rejected);
+  report.ranged_nis = message.ranged_nis;
+  report.ranged_judged = count(message.ranged_judged);
   report.ranges_used = count(message.ranges_used);
   report.range_outcome = static_cast<RangeOutcome>(message.range_outcome);
   for (std::size_t i = 0; i < report.range_facet.size(); ++i) report.range_facet[i] = count(message.range_facet[i]);

@@ -38,8 +38,12 @@ void fill_report(const FrameReport& report, nav_state_t& message) {
   message.slam_nis = report.slam_nis;
   message.msckf_used = as_signed(report.msckf_used);
   message.msckf_rejected = as_signed(report.msckf_rejected);
+  message.track_nis = report.track_nis;
+  message.track_rows = as_signed(report.track_rows);
   message.ranged_used = as_signed(report.ranged_used);
   message.ranged_rejected = as_signed(report.ranged_rejected);
+  message.ranged_nis = report.ranged_nis;
+  message.ranged_judged = as_signed(report.ranged_judged);
   message.ranges_used = as_signed(report.ranges_used);
   message.range_outcome = static_cast<std::int8_t>(report.range_outcome);
   for (std::size_t i = 0; i < report.range_facet.size(); ++i) message.range_facet[i] = as_signed(report.range_facet[i]);

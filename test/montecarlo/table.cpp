@@ -18,7 +18,7 @@ struct Metric {
   double (*value)(const Accuracy&);
 };
 
-constexpr std::array<Metric, 14> kMetrics = {{
+constexpr std::array<Metric, 16> kMetrics = {{
     {"first output", "s", "first_output_s", [](const Accuracy& a) { return a.first_output_s; }},
     {"coverage", "%", "coverage_percent", [](const Accuracy& a) { return a.coverage_percent; }},
     {"distance", "m", "distance_m", [](const Accuracy& a) { return a.distance_m; }},
@@ -32,6 +32,8 @@ constexpr std::array<Metric, 14> kMetrics = {{
     {"|scale error|, Sim3", "%", "sim3_scale_percent", [](const Accuracy& a) { return a.sim3_scale_percent; }},
     {"ranges used", "%", "range_used_percent", [](const Accuracy& a) { return a.range_used_percent; }},
     {"NIS of a feature", "ideal 2", "feature_nis", [](const Accuracy& a) { return a.feature_nis; }},
+    {"NIS of a track, per row", "ideal 1", "track_nis", [](const Accuracy& a) { return a.track_nis; }},
+    {"NIS of its range", "ideal 1", "ranged_nis", [](const Accuracy& a) { return a.ranged_nis; }},
     {"NIS on a facet", "ideal 1", "range_nis", [](const Accuracy& a) { return a.range_nis; }},
 }};
 

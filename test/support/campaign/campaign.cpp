@@ -32,7 +32,9 @@ Run fly_seed(const Scene& scene, CampaignSettings settings, std::uint64_t seed) 
 
 }  // namespace
 
-FlightLog fly_once(const Scene& scene, const CampaignSettings& settings) {
+FlightLog fly_once(const Scene& named, const CampaignSettings& settings) {
+  Scene scene = named;
+  if (scene.world_by_seed) scene.world = stepped_ground(settings.flight.seed);
   EstimatorOptions options = matched_options(settings.flight);
   if (settings.tuning == Tuning::kShipped) options = EstimatorOptions{};
   options.range.enabled = settings.use_range;

@@ -170,17 +170,27 @@ void sum_errors(const std::vector<ErrorPoint>& errors, Accuracy& out) {
 /// Those that were refused count like those that were used.
 void sum_innovations(const FlightLog& log, Accuracy& out) {
   double feature_sum = 0.0;
-  std::uint64_t features = 0;
+  double track_sum = 0.0;
+  double ranged_sum = 0.0;
+  double features = 0.0;
+  double rows = 0.0;
+  double ranged = 0.0;
   Mean range;
   for (const FlightPoint& point : log.points) {
     const FrameReport& report = point.report;
     feature_sum += report.slam_nis;
     features += report.slam_used + report.slam_rejected;
+    track_sum += report.track_nis;
+    rows += report.track_rows;
+    ranged_sum += report.ranged_nis;
+    ranged += report.ranged_judged;
     if (report.range_outcome != RangeOutcome::kUsed && report.range_outcome != RangeOutcome::kGated) continue;
     const double innovation = (report.range_measured_m - report.range_predicted_m) / report.range_sigma_m;
     range.add(innovation * innovation);
   }
-  out.feature_nis = feature_sum / static_cast<double>(features);
+  out.feature_nis = feature_sum / features;
+  out.track_nis = track_sum / rows;
+  out.ranged_nis = ranged_sum / ranged;
   out.range_nis = range.value();
 }
 

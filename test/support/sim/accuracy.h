@@ -50,6 +50,8 @@ struct Accuracy {
   Nees mean_nees;                   ///< over all outputs from one second after the first
   double range_used_percent = 0.0;  ///< of all ranges
   double feature_nis = 0.0;  ///< normalised innovation squared of a feature in the state, mean; ideally 2. NaN: none
+  double track_nis = 0.0;    ///< of a track beside the state, per row; ideally 1. NaN: none
+  double ranged_nis = 0.0;   ///< what a range adds to that of its track; ideally 1. NaN: none
   double range_nis = 0.0;    ///< of a range that was compared with a facet; ideally 1. NaN: none
 };
 

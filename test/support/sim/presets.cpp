@@ -65,6 +65,16 @@ Trajectory descent(double height_m, double length_s) {
   return flight;
 }
 
+Trajectory vertical_descent(double height_m, double length_s) {
+  constexpr double kSpeed_m_s = 0.8;
+  const Vec3 over_m(80.0, 0.0, height_m);  // the middle of the stepped ground
+  const Vec3 velocity(0.0, 0.0, -kSpeed_m_s);
+  Trajectory flight(over_m - 1.5 * velocity, length_s);
+  flight.change_speed(-2.0, 1.0, velocity);
+  flight.set_cruise(0.0, length_s);
+  return flight;
+}
+
 Trajectory circuit(const Vec3& ground_m, double height_m) {
   constexpr double kLength_s = 80.0;
   constexpr double kTurn_s = 4.0;

@@ -9,15 +9,16 @@ namespace {
 
 constexpr double kStandingCamera_m = 0.3;  // camera above the ground before take-off
 
-constexpr std::array<std::string_view, 9> kNames = {"outdoor_cruise",
-                                                    "outdoor_cruise_stepped",
-                                                    "outdoor_cruise_roofs",
-                                                    "cruise_from_start",
-                                                    "cruise_from_start_stepped",
-                                                    "hover",
-                                                    "descent",
-                                                    "excitation",
-                                                    "circuit"};
+constexpr std::array<std::string_view, 10> kNames = {"outdoor_cruise",
+                                                     "outdoor_cruise_stepped",
+                                                     "outdoor_cruise_roofs",
+                                                     "cruise_from_start",
+                                                     "cruise_from_start_stepped",
+                                                     "hover",
+                                                     "descent",
+                                                     "vertical_descent",
+                                                     "excitation",
+                                                     "circuit"};
 
 // A filter that is told "no noise" cannot be factorised; a noise-free simulation is filtered with these instead.
 constexpr double kLeastGyroNoise = 1e-6;   // rad/s/sqrt(Hz)
@@ -43,6 +44,7 @@ Scene make_scene(std::string_view name) {
   if (name == "cruise_from_start_stepped") return {text, cruise_from_start(), stepped_ground(), rig};
   if (name == "hover") return {text, hover(ground_m), stepped_ground(), rig};
   if (name == "descent") return {text, descent(), stepped_ground(), rig};
+  if (name == "vertical_descent") return {text, vertical_descent(), stepped_ground(), rig, true};
   if (name == "excitation") return {text, excitation(ground_m), stepped_ground(), rig};
   if (name == "circuit") return {text, circuit(ground_m), stepped_ground(), rig};
   throw std::invalid_argument("no scene named '" + text + "'");

@@ -21,6 +21,7 @@ struct Scene {
   Trajectory trajectory;
   World world;
   Rig rig;
+  bool world_by_seed = false;  ///< each flight over the stepped ground of its seed: where one spot decides
 };
 
 /// Names make_scene() knows, in the order of a full report.

@@ -81,6 +81,8 @@ Trajectory hover(const Vec3& ground_m, double height_m = 11.0, double length_s =
 Trajectory excitation(const Vec3& ground_m, double height_m = 6.0, double length_s = 60.0);
 /// Already descending at constant 0.5 m/s, drifting forward at 0.5 m/s.
 Trajectory descent(double height_m = 25.0, double length_s = 40.0);
+/// Already descending at constant 0.8 m/s, straight down: 24 m to 4 m.
+Trajectory vertical_descent(double height_m = 24.0, double length_s = 25.0);
 /// Stands, climbs, flies a rectangle with rounded corners, turning its nose into each leg.
 Trajectory circuit(const Vec3& ground_m, double height_m = 8.0);
 

@@ -113,17 +113,29 @@ void compare_range(FrameReport& report, RangeOutcome outcome, double measured_m)
 TEST(Accuracy, InnovationsCountWhetherUsedOrRefused) {
   FlightLog log = flight_with([](int) { return NavError{}; });
   EXPECT_TRUE(std::isnan(evaluate(log).feature_nis));
+  EXPECT_TRUE(std::isnan(evaluate(log).track_nis));
+  EXPECT_TRUE(std::isnan(evaluate(log).ranged_nis));
   EXPECT_TRUE(std::isnan(evaluate(log).range_nis));
   FrameReport& first = log.points[10].report;
   first.slam_used = 3;
   first.slam_nis = 5.0;
+  first.track_rows = 30;
+  first.track_nis = 20.0;
+  first.ranged_judged = 2;
+  first.ranged_nis = 1.5;
   compare_range(first, RangeOutcome::kUsed, 7.2);
   FrameReport& second = log.points[20].report;
   second.slam_rejected = 1;
   second.slam_nis = 11.0;
+  second.track_rows = 10;
+  second.track_nis = 40.0;
+  second.ranged_judged = 1;
+  second.ranged_nis = 3.0;
   compare_range(second, RangeOutcome::kGated, 6.6);
   log.points[30].report.range_outcome = RangeOutcome::kNoFacet;  // was not compared
   EXPECT_DOUBLE_EQ(evaluate(log).feature_nis, 4.0);
+  EXPECT_DOUBLE_EQ(evaluate(log).track_nis, 1.5);
+  EXPECT_DOUBLE_EQ(evaluate(log).ranged_nis, 1.5);
   EXPECT_NEAR(evaluate(log).range_nis, 10.0, 1e-9);
 }
 

@@ -86,6 +86,10 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
   EXPECT_EQ(message.slam_added, 5);
   EXPECT_EQ(message.slam_nis, 13.5);
   EXPECT_EQ(message.msckf_used, 6);
+  EXPECT_EQ(message.track_nis, 90.5);
+  EXPECT_EQ(message.track_rows, 91);
+  EXPECT_EQ(message.ranged_nis, 16.5);
+  EXPECT_EQ(message.ranged_judged, 17);
   EXPECT_EQ(message.ranges_used, 8);
   EXPECT_EQ(message.range_outcome, 4);
   EXPECT_EQ(message.range_facet[0], 21);
@@ -97,7 +101,7 @@ TEST(Messages, NavStateReachesAReceiverFieldByField) {
 // A record that has grown a member needs it in navigation.lcm, encode.cpp, decode.cpp, tools/replay/report_fields.h and
 // here.
 TEST(Messages, CarryEveryMemberOfTheRecords) {
-  EXPECT_EQ(test::member_count<FrameReport>(), 20U);
+  EXPECT_EQ(test::member_count<FrameReport>(), 24U);
   EXPECT_EQ(test::member_count<EstimatorCounters>(), 24U);
   EXPECT_EQ(test::member_count<NavSystemCounters>(), 7U);
   EXPECT_EQ(test::member_count<PredictorCounters>(), 4U);

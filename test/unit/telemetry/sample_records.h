@@ -31,8 +31,12 @@ inline NavStateRecord sample_nav_state() {
   record.report.slam_nis = 13.5;
   record.report.msckf_used = 6;
   record.report.msckf_rejected = 7;
+  record.report.track_nis = 90.5;
+  record.report.track_rows = 91;
   record.report.ranged_used = 12;
   record.report.ranged_rejected = 13;
+  record.report.ranged_nis = 16.5;
+  record.report.ranged_judged = 17;
   record.report.ranges_used = 8;
   record.report.range_outcome = RangeOutcome::kBadGeometry;
   record.report.range_facet = {21, 22, 0xffffffffU};
