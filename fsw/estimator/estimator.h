@@ -79,6 +79,7 @@ class Estimator {
     for (const SlamFeature& feature : state_.features) {
       h.add(static_cast<std::uint64_t>(feature.consecutive_rejections));
       h.add(std::uint64_t{feature.ranged ? 1U : 0U});
+      h.add(static_cast<std::uint64_t>(feature.ranges_missed));
     }
     h.add(std::uint64_t{standing_ ? 1U : 0U});
     tracks_.add_to(h);
@@ -109,13 +110,25 @@ class Estimator {
     double depth_m = 0.0;   ///< along the optical axis
     double cos_axis = 0.0;  ///< between beam and optical axis
     RangeRay ray;
+    Vec3 p_W_m = Vec3::Zero();
+    Vec3 beam_W = Vec3::Zero();  ///< its direction
+    bool moves = false;          ///< across its ray, so that a track there will show parallax
   };
-  /// Nothing where no track could prove the range.
+  /// A feature at the laser's spot, and how far it is from the beam.
+  struct SpotFeature {
+    std::size_t index = 0;
+    double off_m = 0.0;
+  };
+  /// Nothing while the vehicle stands.
   std::optional<LaserSpot> laser_spot(const RangeSample& range, Time t) const;
   bool moves_across(const LaserSpot& spot, Time t) const;
   bool tracks_serve(Time t) const;
   bool ranges_tell_scale(Time t) const;
-  bool give_to_track(const RangeSample& range, Time t);
+  std::optional<SpotFeature> feature_at(const LaserSpot& spot) const;
+  bool ranges_agree() const;
+  bool give_to_track(const LaserSpot& spot, Time t);
+  Status fuse_on_feature(const RangeSample& range, const SpotFeature& feature);
+  Status fuse_on_facet(const RangeSample& range);
   void propagate_to(Time t);
   void coast();
   /// Whether the pose of the image at t is to stay in the window: at high image rates not all do, so that the window

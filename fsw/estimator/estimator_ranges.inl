@@ -11,6 +11,7 @@
 
 namespace plumb {
 
+inline constexpr double kSpotReach = 0.012;  // of the distance: 5 px, about as far as two tracks keep from each other
 inline constexpr double kAidingTimeout_s = 0.5;  // a range that is older says nothing of what is below now
 
 template <class Config>
@@ -44,7 +45,7 @@ MotionPrediction Estimator<Config>::predict_motion(Time stamp) const {
   if (initialised_ && options_.range.feature && stays(t)) {
     for (const RangeSample& range : ranges_) {
       const std::optional<LaserSpot> spot = laser_spot(range, t);
-      if (!spot) continue;
+      if (!spot || (!spot->moves && feature_at(*spot))) continue;
       if (out.wanted.full()) out.wanted.erase(0);
       static_cast<void>(out.wanted.push_back(spot->z));
     }
@@ -52,13 +53,14 @@ MotionPrediction Estimator<Config>::predict_motion(Time stamp) const {
   return out;
 }
 
-/// Where the laser met the ground, seen from the camera at t, if a track there could prove the range: the beam at the
-/// time of the range, carried to t by the motion between, as the IMU and the present estimate tell it. That is a few
-/// centimetres, and an error of the velocity moves it by far less than the range's own noise.
+/// Where the laser met the ground, seen from the camera at t: the beam at the time of the range, carried to t by the
+/// motion between, as the IMU and the present estimate tell it. That is a few centimetres, and an error of the velocity
+/// moves it by far less than the range's own noise.
 template <class Config>
 std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_spot(const RangeSample& range,
                                                                                    Time t) const {
-  if (range.t < state_.t || t < range.t || (t - range.t).seconds() > options_.range.max_age_s) return std::nullopt;
+  if (standing_ || range.t < state_.t || t < range.t || (t - range.t).seconds() > options_.range.max_age_s)
+    return std::nullopt;
   if (!imu_.spans(state_.t, t)) return std::nullopt;
   KinematicState motion = state_.core.motion;
   const auto carry = [&](Time from, Time to) {
@@ -79,23 +81,42 @@ std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_sp
   constexpr double kMinCosine = 0.1;  // a beam across the image says little about depth
   if (!(seen_C.z() > 0.0) || !(cos_axis > kMinCosine)) return std::nullopt;
   const Vec3 axis_C = (q_CW * q_WC_then).conjugate() * Vec3::UnitZ();
-  const LaserSpot spot{seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis, {range.range_m, spot_C, axis_C}};
-  if (!moves_across(spot, t)) return std::nullopt;
+  LaserSpot spot{
+      seen_C.head<2>() / seen_C.z(), seen_C.z(), cos_axis, {range.range_m, spot_C, axis_C}, spot_W, beam_W, false};
+  spot.moves = moves_across(spot, t);
   return spot;
 }
 
 /// True when a track at this spot will show some parallax by the time it fills the window: the speed across its ray
-/// counts, because straight below a climb nothing moves. Without parallax a track cannot tell whether its range is a
-/// false echo: at standstill, in hover and in a vertical climb ranges are left to the facet.
+/// counts, because straight below a climb nothing moves.
 template <class Config>
 bool Estimator<Config>::moves_across(const LaserSpot& spot, Time t) const {
-  if (standing_ || !(t > last_frame_t_)) return false;
+  if (!(t > last_frame_t_)) return false;
   const Quat& q_WI = state_.core.motion.q_WI;
   const Vec3 ray_W = q_WI * (state_.calibration().sensors().q_IC * spot.z.homogeneous().normalized());
   const double across_m_s = ray_W.cross(state_.core.motion.v_WI_m_s).norm();
   const double step_s = std::max((t - last_frame_t_).seconds(), options_.vision.pose_interval_s);
   const double window_s = static_cast<double>(Config::kMaxPoses - 1) * step_s;
   return across_m_s * window_s * calibration_.focal_px >= options_.vision.ranged_min_parallax_px * spot.depth_m;
+}
+
+/// In hover, in a climb and in a descent the laser stays where it is. A feature there, started with its range, is met
+/// by the ranges that follow, and what they differ by is motion along the beam: metric, at any speed, over any ground.
+/// The ranges must do what parallax does elsewhere: tell when that first one was a false echo.
+template <class Config>
+std::optional<typename Estimator<Config>::SpotFeature> Estimator<Config>::feature_at(const LaserSpot& spot) const {
+  std::optional<SpotFeature> nearest;
+  double limit_m = kSpotReach * spot.ray.range_m;
+  for (std::size_t i = 0; i < state_.features.size(); ++i) {
+    const SlamFeature& feature = state_.features[i];
+    if (!(feature.parameters.z() > 0.0)) continue;
+    const Vec3 p_W_m = feature_in_world(state_.pose(feature.anchor_slot).camera, feature.parameters);
+    const double off_m = (p_W_m - spot.p_W_m).cross(spot.beam_W).norm();
+    if (!(off_m < limit_m)) continue;
+    limit_m = off_m;
+    nearest = SpotFeature{i, off_m};
+  }
+  return nearest;
 }
 
 /// Whether a range that no track took may be spared: the tracks that took theirs have been of use lately, and assume
@@ -115,29 +136,35 @@ bool Estimator<Config>::ranges_tell_scale(Time t) const {
   return (t - std::max(last_ranged_track_t_, started_t_)).seconds() <= kWait_s;
 }
 
+/// Whether the last ranges are of one surface, to a tenth: where the laser stays, a false echo shows by that.
+template <class Config>
+bool Estimator<Config>::ranges_agree() const {
+  constexpr double kMostApart = 1.1;
+  const auto [nearest, farthest] = std::minmax_element(range_depths_m_.begin(), range_depths_m_.end());
+  return range_depths_m_.full() && *farthest < kMostApart * *nearest;
+}
+
 /// Gives the range to the track that the image at t starts at the laser's spot; an old one nearby may be a corner at an
 /// edge. One that stands a little off has another depth, by the slope of the ground: that goes into the noise.
 template <class Config>
-bool Estimator<Config>::give_to_track(const RangeSample& range, Time t) {
+bool Estimator<Config>::give_to_track(const LaserSpot& spot, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
-  if (!options_.range.feature || !stays(t)) return false;
-  const std::optional<LaserSpot> spot = laser_spot(range, t);
-  if (!spot) return false;
-  double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
+  if (!stays(t) || (!spot.moves && !ranges_agree())) return false;
+  double nearest = spot.moves ? kNear * options_.vision.pixel_noise_px / calibration_.focal_px : kSpotReach;
   typename Table::TrackType* taker = nullptr;
   for (auto& track : tracks_.tracks()) {
-    if (!track.alive || track.age != 1) continue;
-    const double off = (track.samples.back().z - spot->z).norm();
+    if (!track.alive || track.in_state || track.banned || track.range || (spot.moves && track.age != 1)) continue;
+    const double off = (track.samples.back().z - spot.z).norm();
     if (!(off < nearest)) continue;
     nearest = off;
     taker = &track;
   }
   if (taker == nullptr) return false;
-  const double rho = 1.0 / spot->depth_m;
+  const double rho = 1.0 / spot.depth_m;
   const double sigma_m =
-      exact::hypot(options_.range.noise_m * spot->cos_axis, options_.range.feature_slope * nearest * spot->depth_m);
-  taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho, std::nullopt};
-  if (state_.estimates_beam()) taker->range->ray = spot->ray;
+      exact::hypot(options_.range.noise_m * spot.cos_axis, options_.range.feature_slope * nearest * spot.depth_m);
+  taker->range = TrackRange{taker->samples.back().sequence, rho, sigma_m * rho * rho, !spot.moves, std::nullopt};
+  if (state_.estimates_beam()) taker->range->ray = spot.ray;
   report_.range_feature = taker->id;
   return true;
 }
@@ -167,6 +194,33 @@ RangeSample Estimator<Config>::take_range() {
 }
 
 template <class Config>
+Status Estimator<Config>::fuse_on_feature(const RangeSample& range, const SpotFeature& feature) {
+  {
+    StageScope scope(observer_, Stage::kPropagation);
+    propagate_to(range.t);
+  }
+  StageScope scope(observer_, Stage::kRange);
+  const Status status = range_.fuse_on_feature(state_, stack_, feature.index, feature.off_m, range.range_m, report_);
+  const bool used = report_.range_outcome == RangeOutcome::kUsed;
+  int& missed = state_.features[feature.index].ranges_missed;
+  missed = used ? 0 : missed + 1;
+  if (used) last_range_t_ = last_ranged_track_t_ = range.t;
+  return status;
+}
+
+template <class Config>
+Status Estimator<Config>::fuse_on_facet(const RangeSample& range) {
+  {
+    StageScope scope(observer_, Stage::kPropagation);
+    propagate_to(range.t);
+  }
+  StageScope scope(observer_, Stage::kRange);
+  const Status status = range_.fuse(state_, stack_, range.range_m, report_);
+  if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
+  return status;
+}
+
+template <class Config>
 Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
   while (!ranges_.empty() && (ranges_.front().t < t || (including && ranges_.front().t == t))) {
     const RangeSample range = take_range();  // used once, whatever becomes of it
@@ -176,19 +230,19 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
     report_.range_facet = {};
     report_.range_feature = 0;
     const bool fresh = range.t >= state_.t && (t - range.t).seconds() <= options_.range.max_age_s;
-    if (fresh && give_to_track(range, t)) {
+    const std::optional<LaserSpot> spot = fresh && options_.range.feature ? laser_spot(range, t) : std::nullopt;
+    const std::optional<SpotFeature> feature = spot && !spot->moves ? feature_at(*spot) : std::nullopt;
+    Status status = Status::kOk;
+    if (feature) {
+      status = fuse_on_feature(range, *feature);
+    } else if (spot && give_to_track(*spot, t)) {
       report_.range_outcome = RangeOutcome::kFeature;
     } else if (fresh && tracks_serve(range.t)) {
       report_.range_outcome = RangeOutcome::kSpare;
     } else if (fresh) {
-      {
-        StageScope scope(observer_, Stage::kPropagation);
-        propagate_to(range.t);
-      }
-      StageScope scope(observer_, Stage::kRange);
-      if (!ok(range_.fuse(state_, stack_, range.range_m, report_))) return Status::kNumericalFault;
-      if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
+      status = fuse_on_facet(range);
     }
+    if (!ok(status)) return status;
     count_range(counters_, report_.range_outcome);
   }
   return Status::kOk;

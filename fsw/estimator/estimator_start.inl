@@ -99,6 +99,7 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
   propagate_to(frame.t);
+  state_.begin_world_here(kPinnedSigma);  // not where the window began: how far that is, is hardly known
   for (const RangeOutcome outcome : solution->ranges) drop_oldest_range(outcome);  // the oldest left are the problem's
   drop_ranges_before(frame.t, RangeOutcome::kSpare);
   start_window_.clear();

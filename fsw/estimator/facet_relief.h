@@ -47,9 +47,10 @@ class FacetPlane {
         barycentric_(barycentric({seen.points.data(), seen.points.size()}, facet)) {}
 
   /// By how much, 1 sigma along the beam in metres, the surface under the beam may lie off the facet: the six features
-  /// nearest to it are taken as samples of a ground that scatters about a plane, as the vertices are. Zero over flat
-  /// ground, where the features are off the plane by no more than their own uncertainty explains.
-  double relief_m(const Vec2& query, double range_m) const {
+  /// nearest to it are taken as samples of a ground that scatters about a plane, as the vertices are. What their own
+  /// uncertainty explains they do not tell, but it may hide as much, up to what ground has that is rough at the facet's
+  /// size. Small over flat ground with features that are known.
+  double relief_m(const Vec2& query, double range_m, double size_m) const {
     constexpr std::size_t kAsked = 6;
     struct Near {
       double distance2 = 0.0;
@@ -68,10 +69,17 @@ class FacetPlane {
     const Vec3 weights = barycentric_ * query.homogeneous();
     const double inverse_depth = weights.dot(vertex_values());
     if (nearest.empty() || !(inverse_depth > 0.0)) return 0.0;
-    double sum = 0.0;
-    for (const Near& near : nearest) sum += scatter2(near.feature);
-    const double variance = (1.0 + weights.squaredNorm()) * sum / static_cast<double>(nearest.size());
-    return range_m * std::sqrt(std::max(variance, 0.0)) / inverse_depth;
+    Scatter sum;
+    for (const Near& near : nearest) {
+      const Scatter one = scatter(near.feature);
+      sum.surface += one.surface;
+      sum.uncertainty += one.uncertainty;
+    }
+    const double per_point = (1.0 + weights.squaredNorm()) / static_cast<double>(nearest.size());
+    const double to_m = range_m / inverse_depth;
+    const double seen_m2 = to_m * to_m * per_point * std::max(sum.surface, 0.0);
+    const double hidden_m2 = to_m * to_m * per_point * sum.uncertainty;
+    return std::sqrt(seen_m2 + std::min(hidden_m2, kMostHidden * kMostHidden * size_m * size_m));
   }
 
  private:
@@ -80,11 +88,18 @@ class FacetPlane {
     return {seen_.inverse_depth[v[0]], seen_.inverse_depth[v[1]], seen_.inverse_depth[v[2]]};
   }
 
-  /// Variance of one point's scatter about the plane, 1/m^2, as feature i tells it; below zero when it lies closer than
-  /// expected, so that the mean over features is not biased. Four points that scatter alike, one
-  /// of them predicted from the others, miss by 1 + |weights|^2 times that, beside what the filter knows to be the
-  /// uncertainty of the four.
-  double scatter2(std::size_t i) const {
+  static constexpr double kMostHidden = 0.1;  // of the distance between features: rough ground
+
+  /// Variance of one point's scatter about the plane, 1/m^2: what the surface has, and what the uncertainty of the
+  /// features could hide.
+  struct Scatter {
+    double surface = 0.0;
+    double uncertainty = 0.0;
+  };
+  /// As feature i tells it; the surface's is below zero when the feature lies closer than expected, so that the mean
+  /// over features is not biased. Four points that scatter alike, one of them predicted from the others, miss by 1 +
+  /// |weights|^2 times that, beside what the filter knows to be the uncertainty of the four.
+  Scatter scatter(std::size_t i) const {
     const Vec3 weights = barycentric_ * seen_.points[i].homogeneous();
     const double misfit = seen_.inverse_depth[i] - weights.dot(vertex_values());
     std::array<std::size_t, 4> at{};  // rho of each in the error state
@@ -102,7 +117,8 @@ class FacetPlane {
       for (std::size_t k = 0; k < 4; ++k)
         explained += by(static_cast<Eigen::Index>(j)) * by(static_cast<Eigen::Index>(k)) * p(at[j], at[k]);
     }
-    return (misfit * misfit - explained) / (1.0 + weights.squaredNorm());
+    const double share = 1.0 / (1.0 + weights.squaredNorm());
+    return {(misfit * misfit - explained) * share, explained * share};
   }
 
   const FilterState<Config>& state_;

@@ -28,7 +28,8 @@ struct SlamFeature {
   std::size_t anchor_slot = 0;
   FeatureParameters parameters = FeatureParameters::Zero();
   int consecutive_rejections = 0;
-  bool ranged = false;  ///< it started from a ranged track
+  bool ranged = false;    ///< it started from a ranged track
+  int ranges_missed = 0;  ///< ranges in a row that contradict it
 };
 
 template <class Config>
@@ -90,6 +91,9 @@ class FilterState {
   /// The last feature takes the freed place.
   void remove_feature(std::size_t i);
 
+  /// Moves the origin of the world to where I is now, as far as that may be from where it was. Precondition: no poses
+  /// or features yet. `sigma_m`: what "zero" uncertainty is.
+  void begin_world_here(double sigma_m);
   /// Turns the world about the vertical through its origin, and makes its heading uncertain by `sigma_rad` more: an
   /// error common to all poses, to which everything that Plumb measures but known directions is blind.
   void turn_world(double yaw_rad, double sigma_rad);

@@ -127,6 +127,15 @@ void FilterState<Config>::remove_feature(std::size_t i) {
 }
 
 template <class Config>
+void FilterState<Config>::begin_world_here(double sigma_m) {
+  PLUMB_ASSERT(window_.empty() && features.empty());
+  core.motion.p_WI_m.setZero();
+  MatrixView p = covariance();
+  clear_block(p, kXiP, 3);
+  for (std::size_t k = kXiP; k < kXiP + 3; ++k) p(k, k) = sigma_m * sigma_m;
+}
+
+template <class Config>
 void FilterState<Config>::turn_world(double yaw_rad, double sigma_rad) {
   const Quat turn = so3_exp(Vec3(0.0, 0.0, yaw_rad));
   core.motion.q_WI = (turn * core.motion.q_WI).normalized();

@@ -25,18 +25,21 @@ class RangeUpdate {
   void clear() { repeats_.clear(); }
   /// What is remembered from range to range.
   void add_to(Hash64& hash) const { repeats_.add_to(hash); }
-  /// Precondition: the state stands at the time of the range. Says in the report what became of it.
-  /// kNumericalFault only when the covariance is unsound.
+  /// Compares the range with the facet under the beam. Precondition: the state stands at the time of the range. Says in
+  /// the report what became of it. kNumericalFault only when the covariance is unsound.
   Status fuse(FilterState<Config>& state, UpdateStack<Config>& stack, double range_m, FrameReport& report);
+  /// The same with one feature at the laser's spot, `off_m` beside it: nothing is asked of the ground but its slope.
+  Status fuse_on_feature(FilterState<Config>& state, UpdateStack<Config>& stack, std::size_t feature, double off_m,
+                         double range_m, FrameReport& report) const;
 
  private:
   /// A vertex must be known this well: sigma of rho over rho. A feature just started from a prior passes.
   static constexpr double kMaxDepthUncertainty = 0.75;
-  using Vertices = std::array<std::size_t, 3>;
+  using Vertices = FixedVector<std::size_t, 3>;
 
   /// The facet that was hit.
   struct Target {
-    Vertices vertices{};
+    Vertices vertices;
     Vec3 impact_W_m = Vec3::Zero();
     double size_m = 0.0;    ///< mean edge of the facet, on the ground
     double relief_m = 0.0;  ///< of the ground about it, along the beam, 1 sigma
@@ -45,7 +48,7 @@ class RangeUpdate {
   void gather(const FilterState<Config>& state, const CameraPose& camera);
   Result<Target> facet_under_beam(const FilterState<Config>& state, const CameraPose& camera, double range_m);
   RangeOutcome add_row(const FilterState<Config>& state, UpdateStack<Config>& stack, const CameraPose& camera,
-                       const Target& target, double range_m, FrameReport& report) const;
+                       const Vertices& vertices, double sigma_m, double range_m, FrameReport& report) const;
 
   RangeOptions options_;
   double gate_;       ///< squared Mahalanobis distance
@@ -66,9 +69,26 @@ Status RangeUpdate<Config>::fuse(FilterState<Config>& state, UpdateStack<Config>
   }
   for (std::size_t j = 0; j < 3; ++j) report.range_facet[j] = state.features[target->vertices[j]].track_id;
   stack.begin(state);
-  report.range_outcome = add_row(state, stack, camera, *target, range_m, report);
+  const double sigma_m =
+      std::sqrt(repeats_.variance(target->impact_W_m, target->size_m, options_.noise_m, target->relief_m));
+  report.range_outcome = add_row(state, stack, camera, target->vertices, sigma_m, range_m, report);
   if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
   repeats_.used(target->impact_W_m);
+  ++report.ranges_used;
+  return stack.apply(state);
+}
+
+template <class Config>
+Status RangeUpdate<Config>::fuse_on_feature(FilterState<Config>& state, UpdateStack<Config>& stack, std::size_t feature,
+                                            double off_m, double range_m, FrameReport& report) const {
+  Vertices vertices;
+  static_cast<void>(vertices.push_back(feature));
+  report.range_feature = state.features[feature].track_id;
+  const double sigma_m = exact::hypot(options_.noise_m, options_.feature_slope * off_m);
+  stack.begin(state);
+  report.range_outcome =
+      add_row(state, stack, state.calibration().camera(state.core.motion), vertices, sigma_m, range_m, report);
+  if (report.range_outcome != RangeOutcome::kUsed) return Status::kOk;
   ++report.ranges_used;
   return stack.apply(state);
 }
@@ -103,40 +123,38 @@ Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_be
     const Vec2 edge = seen_.points[facet->vertices[j]] - seen_.points[facet->vertices[(j + 1) % 3]];
     if (edge.norm() > options_.max_facet_edge) return Status::kRejected;
     target.size_m += edge.norm() * impact_C.z() / 3.0;
-    target.vertices[j] = seen_.feature[facet->vertices[j]];
+    static_cast<void>(target.vertices.push_back(seen_.feature[facet->vertices[j]]));
   }
-  target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m);
+  target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m, target.size_m);
   return target;
 }
 
 template <class Config>
 RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, UpdateStack<Config>& stack,
-                                          const CameraPose& camera, const Target& target, double range_m,
-                                          FrameReport& report) const {
+                                          const CameraPose& camera, const Vertices& vertices, double sigma_m,
+                                          double range_m, FrameReport& report) const {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-  const Vertices& vertices = target.vertices;
-  Facet facet;
-  for (std::size_t j = 0; j < 3; ++j) {
-    const SlamFeature& feature = state.features[vertices[j]];
-    facet[j] = {state.pose(feature.anchor_slot).camera, feature.parameters};
+  FixedVector<FacetVertex, 3> surface;
+  for (const std::size_t vertex : vertices) {
+    const SlamFeature& feature = state.features[vertex];
+    static_cast<void>(surface.push_back({state.pose(feature.anchor_slot).camera, feature.parameters}));
   }
   const SensorCalibration& sensors = state.calibration().sensors();
   RangePrediction prediction;
-  if (!ok(predict_range(camera, {sensors.p_CR_m, sensors.u_C}, facet, prediction))) return RangeOutcome::kBadGeometry;
+  if (!ok(predict_range(camera, {sensors.p_CR_m, sensors.u_C}, {surface.data(), surface.size()}, prediction)))
+    return RangeOutcome::kBadGeometry;
   report.range_predicted_m = prediction.range_m;
   if (prediction.cos_incidence < exact::cos(options_.max_incidence_deg * kRadPerDeg)) return RangeOutcome::kBadGeometry;
 
   // The inverse of the range is fused: over a plane it is linear in the inverse depths of the vertices, so that the
   // update is right even while those are hardly known. 1/z - 1/h(x), noise sigma/z^2, Jacobian -J/h^2, all divided by
   // the noise, is the plain row times z^2/h^2 and the plain residual times z/h.
-  const double sigma =
-      std::sqrt(repeats_.variance(target.impact_W_m, target.size_m, options_.noise_m, target.relief_m));
   const double ratio = range_m / prediction.range_m;
   MatrixView h = stack.open(1);
   Support support;
   const auto add = [&](std::size_t at, const auto& row) {  // anchors may coincide: contributions add up
     for (Eigen::Index k = 0; k < row.size(); ++k)
-      h(0, at + static_cast<std::size_t>(k)) += ratio * ratio * row(k) / sigma;
+      h(0, at + static_cast<std::size_t>(k)) += ratio * ratio * row(k) / sigma_m;
   };
   add(kTheta, prediction.by_camera);  // the camera is fixed to the IMU: both have the same (theta, xi_p)
   static_cast<void>(support.push_back({kTheta, kPoseSize}));
@@ -150,7 +168,7 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
   }
   if constexpr (Layout::kPoses > Layout::kCameraMount)
     static_cast<void>(support.push_back({Layout::kCameraMount, Layout::kPoses - Layout::kCameraMount}));
-  for (std::size_t j = 0; j < 3; ++j) {
+  for (std::size_t j = 0; j < vertices.size(); ++j) {
     const std::size_t anchor = Layout::pose(state.features[vertices[j]].anchor_slot);
     const bool seen = std::any_of(support.begin(), support.end(), [&](const Segment& s) { return s.start == anchor; });
     if (!seen) static_cast<void>(support.push_back({anchor, kPoseSize}));
@@ -158,9 +176,9 @@ RangeOutcome RangeUpdate<Config>::add_row(const FilterState<Config>& state, Upda
     add(Layout::feature(vertices[j]), prediction.by_feature[j]);
     static_cast<void>(support.push_back({Layout::feature(vertices[j]), kFeatureSize}));
   }
-  stack.residual(0) = ratio * (range_m - prediction.range_m) / sigma;
+  stack.residual(0) = ratio * (range_m - prediction.range_m) / sigma_m;
   const double nis = stack.close(state, support);
-  report.range_sigma_m = sigma * std::sqrt(stack.innovation_variance(0)) / ratio;
+  report.range_sigma_m = sigma_m * std::sqrt(stack.innovation_variance(0)) / ratio;
   if (!(nis <= gate_)) return RangeOutcome::kGated;
   stack.weaken(1, gate_cost_);
   return RangeOutcome::kUsed;

@@ -89,11 +89,18 @@ class VisualUpdate {
   void add_compressed_rows(const State& state, UpdateStack<Config>& stack);
   void add_compressed_rows(const State& state, std::span<const std::size_t> kept, UpdateStack<Config>& stack);
   void insert_pending(State& state, Table& tracks, const double* correction, FrameReport& report);
+  /// Tracks with a range that have shown no parallax: their depth is the range's alone, whatever the scale.
+  void start_ranged(State& state, Table& tracks, FrameReport& report);
   void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
 
+  static bool full(const TrackType& track) { return track.samples.size() == Config::kMaxPoses; }
+  /// The laser stays at it: it becomes a feature that ranges are compared with.
+  static bool waits_for_laser(const TrackType& track) { return track.range && track.range->stays; }
   /// May become a feature or an MSCKF measurement: it shows parallax. A ranged track needs less, but some, because
   /// without any nothing would tell a false echo.
   bool determined(const State& state, const TrackType& track) const;
+  /// Features that may still be ranged ones.
+  std::size_t ranged_places(const State& state) const;
   /// A track that is as long as the window and may become a feature; null when there is none or no place for it.
   TrackType* next_start(const State& state, Table& tracks) const;
   Views views_of(const State& state, const TrackType& track) const;

@@ -40,6 +40,7 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
   }
   StageScope scope(observer, Stage::kVisualUpdate);
   if (!ok(stack.apply(state))) return Status::kNumericalFault;
+  start_ranged(state, tracks, report);
   const bool can_wait = ranges_tell_scale || report.ranged_used > 0;
   if (!can_wait || scale_known(state)) {
     insert_pending(state, tracks, stack.correction(), report);
@@ -61,11 +62,13 @@ bool VisualUpdate<Config>::scale_known(const State& state) const {
 
 template <class Config>
 void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
+  constexpr int kMaxRangesMissed = 1;  // one may be a false echo; then the one that the feature started from was
   for (TrackType& track : tracks.tracks()) track.in_state = false;
   for (std::size_t i = state.features.size(); i-- > 0;) {
     const SlamFeature& feature = state.features[i];
     TrackType* track = tracks.find(feature.track_id);
-    const bool evict = feature.consecutive_rejections > options_.max_rejections;
+    const bool evict =
+        feature.consecutive_rejections > options_.max_rejections || feature.ranges_missed > kMaxRangesMissed;
     if (track != nullptr && evict) {
       track->banned = true;
       track->use_up();
@@ -154,16 +157,21 @@ bool VisualUpdate<Config>::determined(const State& state, const TrackType& track
 }
 
 template <class Config>
+std::size_t VisualUpdate<Config>::ranged_places(const State& state) const {
+  const auto is_ranged = [](const auto& f) { return f.ranged; };
+  const auto ranged = std::count_if(state.features.begin(), state.features.end(), is_ranged) +
+                      std::count_if(pending_.begin(), pending_.begin() + pending_count_, is_ranged);
+  return max_ranged_ - std::min(static_cast<std::size_t>(ranged), max_ranged_);
+}
+
+template <class Config>
 typename VisualUpdate<Config>::TrackType* VisualUpdate<Config>::next_start(const State& state, Table& tracks) const {
   if (state.features.size() + pending_count_ >= Config::kMaxSlamFeatures || pending_count_ >= kMaxStarts)
     return nullptr;
   const auto can_start = [&](const TrackType& t) {
-    return t.alive && t.samples.size() == Config::kMaxPoses && determined(state, t);
+    return t.alive && full(t) && !waits_for_laser(t) && determined(state, t);
   };
-  const auto is_ranged = [](const auto& f) { return f.ranged; };
-  const auto ranged = std::count_if(state.features.begin(), state.features.end(), is_ranged) +
-                      std::count_if(pending_.begin(), pending_.begin() + pending_count_, is_ranged);
-  if (static_cast<std::size_t>(ranged) < max_ranged_) {
+  if (ranged_places(state) > 0) {
     TrackType* best = best_for_start(tracks, [&](const TrackType& t) { return t.range && can_start(t); });
     if (best != nullptr) return best;
   }
@@ -174,7 +182,6 @@ template <class Config>
 void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& report) {
   pending_count_ = 0;
   compressed_.clear();
-  const auto full = [](const TrackType& t) { return t.samples.size() == Config::kMaxPoses; };
   std::size_t budget = Config::kMaxMsckfPerFrame;
 
   // Those that may become features come first: as many as there are free places.
@@ -190,7 +197,7 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
     for (TrackType& track : tracks.tracks()) {
       if (budget == 0) return;
       if (track.in_state || track.banned || track.samples.size() != length) continue;
-      if (track.alive && !full(track)) continue;
+      if (track.alive && (!full(track) || waits_for_laser(track))) continue;
       if (!determined(state, track)) continue;
       use_track(state, track, false, report);
       --budget;
@@ -325,11 +332,34 @@ void VisualUpdate<Config>::insert_pending(State& state, Table& tracks, const dou
 }
 
 template <class Config>
+void VisualUpdate<Config>::start_ranged(State& state, Table& tracks, FrameReport& report) {
+  const auto waits = [](const TrackType& t) { return t.alive && full(t) && waits_for_laser(t); };
+  for (std::size_t n = 0; n < kMaxStarts && ranged_places(state) > 0; ++n) {
+    TrackType* track = best_for_start(tracks, waits);
+    if (track == nullptr) return;
+    const TrackRange range = *track->range;
+    const std::size_t anchor = state.slot_of(range.sequence);
+    const auto* seen = std::find_if(track->samples.begin(), track->samples.end(),
+                                    [&](const TrackSample& sample) { return sample.sequence == range.sequence; });
+    if (anchor == Config::kMaxPoses || seen == track->samples.end()) {
+      track->range.reset();
+      continue;
+    }
+    const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, range.sigma_1_m * range.sigma_1_m);
+    const SlamFeature feature{track->id, anchor, {seen->z.x(), seen->z.y(), range.rho_1_m}, 0, true};
+    if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
+    track->in_state = true;
+    spread_.add(track->samples.back().z);
+    track->use_up();
+    ++report.slam_added;
+  }
+}
+
+template <class Config>
 void VisualUpdate<Config>::start_without_parallax(State& state, Table& tracks, const DepthPrior& prior,
                                                   FrameReport& report) {
   for (std::size_t n = 0; n < kMaxStarts && !state.features.full(); ++n) {
-    TrackType* track =
-        best_for_start(tracks, [](const TrackType& t) { return t.alive && t.samples.size() == Config::kMaxPoses; });
+    TrackType* track = best_for_start(tracks, [](const TrackType& t) { return t.alive && full(t); });
     if (track == nullptr) return;
     const Vec2 z = track->samples.back().z;
     const SlamFeature feature{track->id, state.window().back(), FeatureParameters(z.x(), z.y(), prior.rho), 0, false};

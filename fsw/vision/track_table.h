@@ -27,6 +27,7 @@ struct TrackRange {
   std::uint32_t sequence = 0;  ///< of that image
   double rho_1_m = 0.0;        ///< inverse depth along the optical axis there
   double sigma_1_m = 0.0;
+  bool stays = false;           ///< the laser stays at the track, and no parallax is to be expected
   std::optional<RangeRay> ray;  ///< when the beam is being calibrated
 };
 
@@ -121,6 +122,7 @@ class TrackTable {
       hash.add(std::uint64_t{track.range->sequence});
       hash.add(track.range->rho_1_m);
       hash.add(track.range->sigma_1_m);
+      hash.add(std::uint64_t{track.range->stays ? 1U : 0U});
       if (!track.range->ray) continue;
       hash.add(track.range->ray->range_m);
       hash.add(track.range->ray->spot_C_m.data(), 3);

@@ -263,6 +263,46 @@ TEST(RangeJacobian, TheRowIsBarycentric) {
   });
 }
 
+// One feature stands for the plane through it across the beam: the row is that of a facet in this plane, but that all
+// of it hangs on the one feature.
+TEST(RangeModel, OneFeatureIsAFacetAcrossTheBeam) {
+  test::for_all(300, [](test::Generator& g) {
+    RangeCase c = any_range_case(g);
+    const Vec3 u = c.camera.R_WC * c.beam.u_C;
+    const Vec3 origin = c.camera.p_WC_m + c.camera.R_WC * c.beam.p_CR_m;
+    const Vec3 e1 = u.unitOrthogonal();
+    const double range_m = g.uniform(2.0, 20.0);
+    const Vec3 off = g.uniform(0.0, 0.5) * e1;
+    c.points = {origin + range_m * u + off, origin + range_m * u + e1, origin + range_m * u + u.cross(e1)};
+    for (std::size_t j = 0; j < 3; ++j) {
+      const CameraPose anchor = test::camera_seeing(g, c.points[j]);
+      c.facet[j] = {anchor, feature_of(anchor, c.points[j])};
+    }
+    const RangePrediction facet = predicted(c.camera, c.beam, c.facet);
+    RangePrediction one;
+    ASSERT_EQ(predict_range(c.camera, c.beam, {c.facet.data(), 1}, one), Status::kOk);
+    EXPECT_NEAR(one.range_m, range_m, 1e-9);
+    EXPECT_NEAR(one.range_m, facet.range_m, 1e-9);
+    EXPECT_NEAR(one.cos_incidence, 1.0, 1e-12);
+    EXPECT_LT((one.by_camera - facet.by_camera).norm(), 1e-8 * (1.0 + one.by_camera.norm()));
+    EXPECT_LT((one.by_origin - facet.by_origin).norm(), 1e-9);
+    EXPECT_LT((one.by_direction - facet.by_direction).norm(), 1e-7);
+    Row6 anchors = Row6::Zero();
+    for (const Row6& by_anchor : facet.by_anchor) anchors += by_anchor;
+    // Moved along the beam, all three vertices do what the one does.
+    EXPECT_LT((one.by_anchor[0].tail<3>() - anchors.tail<3>()).norm(), 1e-9);
+    const auto by_feature = numeric_jacobian<1, 3>(
+        [&](const Vec3& f) {
+          const FacetVertex moved_to{c.facet[0].anchor, c.facet[0].feature + f};
+          RangePrediction there;
+          EXPECT_EQ(predict_range(c.camera, c.beam, {&moved_to, 1}, there), Status::kOk);
+          return Scalar(there.range_m);
+        },
+        0.1 * kStep);
+    EXPECT_LT(relative((one.by_feature[0] - by_feature).norm(), by_feature.norm()), kTolerance * 50.0);
+  });
+}
+
 TEST(RangeModel, DoesNotDependOnTheOrderOfTheVertices) {
   test::for_all(200, [](test::Generator& g) {
     const RangeCase c = any_range_case(g);
@@ -286,7 +326,7 @@ TEST(RangeModel, RefusesDegenerateFacets) {
     in_line.facet[2].anchor = test::camera_seeing(g, third);
     in_line.facet[2].feature = feature_of(in_line.facet[2].anchor, third);
     EXPECT_EQ(predict_range(c.camera, c.beam, in_line.facet, p), Status::kIllConditioned);
-    EXPECT_EQ(predict_range(c.camera, c.beam, {c.facet[0], c.facet[0], c.facet[1]}, p), Status::kIllConditioned);
+    EXPECT_EQ(predict_range(c.camera, c.beam, Facet{c.facet[0], c.facet[0], c.facet[1]}, p), Status::kIllConditioned);
 
     Beam grazing = c.beam;
     const Vec3 along = c.camera.R_WC.transpose() * (c.points[1] - c.points[0]).normalized();
