@@ -70,7 +70,7 @@ void add_track(const State& state, const NewTrack& t, double variance, std::size
     h.middleCols<3>(index(column)) =
         test::numeric_jacobian<2, 3>([&](const Vec3& e) { return predict(state, *start + e); }, 1e-6);
     const Vec2 r = t.z[k - t.first] - predict(state, *start);
-    information += h.transpose() * h / variance;
+    information += test::gram(h) / variance;
     vector += h.transpose() * r / variance;
   }
 }
@@ -91,7 +91,7 @@ Joint joint_estimate(const Case& c, const Noise& noise) {
     };
     Dense h = Dense::Zero(2, index(total));
     h.leftCols(index(n)) = test::numeric_state_jacobian(state, 2, predict);
-    information += h.transpose() * h / noise.slam;
+    information += test::gram(h) / noise.slam;
     vector += h.transpose() * (c.slam_z[i] - predict(state)) / noise.slam;
   }
   for (std::size_t i = 0; i < c.added.size(); ++i)

@@ -36,6 +36,15 @@ Dense any_covariance(Generator& g, std::size_t n, double floor) {
 
 Dense inverse(const Dense& m) { return m.inverse(); }
 
+Dense congruent(const Dense& a, const Dense& p) { return a * p * a.transpose(); }
+
+Dense gram(const Dense& a) { return a.transpose() * a; }
+
+Dense scaled(const Dense& p, const Eigen::VectorXd& by) {
+  const Dense out = by.asDiagonal() * p * by.asDiagonal();
+  return 0.5 * (out + out.transpose());
+}
+
 Dense cholesky_factor(const Dense& p) { return p.llt().matrixL(); }
 
 double smallest_eigenvalue(const Dense& symmetric) {

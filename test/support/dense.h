@@ -23,6 +23,12 @@ Dense any_matrix(Generator& g, std::size_t rows, std::size_t cols, double sigma 
 Dense any_covariance(Generator& g, std::size_t n, double floor = 0.1);
 
 Dense inverse(const Dense& m);
+/// A P A^T.
+Dense congruent(const Dense& a, const Dense& p);
+/// A^T A.
+Dense gram(const Dense& a);
+/// D P D with D = diag(by), symmetric bit for bit when P is.
+Dense scaled(const Dense& p, const Eigen::VectorXd& by);
 /// Lower Cholesky factor of a positive definite matrix.
 Dense cholesky_factor(const Dense& p);
 /// Of a symmetric matrix.

@@ -143,7 +143,7 @@ TEST(UpdateStack, TheInnovationTestIsAgainstThePrior) {
   test::for_all(200, [&](test::Generator& g) {
     const auto state = any_state(g);
     const Rows rows = any_rows(g, *state, 3, 1.0);
-    const Dense s = rows.dense.h * dense(state->covariance()) * rows.dense.h.transpose() + Dense::Identity(3, 3);
+    const Dense s = test::congruent(rows.dense.h, dense(state->covariance())) + Dense::Identity(3, 3);
     stack->begin(*state);
     MatrixView h = stack->open(3);
     test::store(rows.dense.h, h);
@@ -230,7 +230,7 @@ TEST(UpdateStack, TheCovarianceStaysSoundOverThousandsOfUpdates) {
       ASSERT_LE((p.diagonal() - before).maxCoeff(), 1e-15 * before.maxCoeff());
       const Eigen::VectorXd scale = p.diagonal().cwiseSqrt().cwiseInverse();
       if (round % 20 == 0) {
-        const Dense normalised = scale.asDiagonal() * p * scale.asDiagonal();
+        const Dense normalised = test::scaled(p, scale);
         ASSERT_GT(test::smallest_eigenvalue(normalised), 0.0) << round;
         // The features' and poses' numbers do not matter here; they must not run away over the rounds.
         test::store(p + 1e-6 * Dense(before.asDiagonal()), state->covariance());
