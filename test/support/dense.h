@@ -1,6 +1,6 @@
 #pragma once
-// The plain, dense linear algebra that the filter's in-place kernels are compared with. Compiled once, in dense.cpp: Eigen's
-// decompositions and products take a compiler many seconds.
+// The plain, dense linear algebra that the filter's in-place kernels are compared with. Compiled once, in dense.cpp:
+// Eigen's decompositions and products take a compiler many seconds.
 
 #include <Eigen/Core>
 #include <cstddef>
