@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <memory>
 
 #include "fsw/estimator/range_update.h"
@@ -71,7 +70,7 @@ void add_track(const State& state, const NewTrack& t, double variance, std::size
     h.middleCols<3>(index(column)) =
         test::numeric_jacobian<2, 3>([&](const Vec3& e) { return predict(state, *start + e); }, 1e-6);
     const Vec2 r = t.z[k - t.first] - predict(state, *start);
-    information += h.transpose() * h / variance;
+    information += test::gram(h) / variance;
     vector += h.transpose() * r / variance;
   }
 }
@@ -82,7 +81,7 @@ Joint joint_estimate(const Case& c, const Noise& noise) {
   const std::size_t n = state.size();
   const std::size_t total = n + 3 * c.added.size();
   Dense information = Dense::Zero(index(total), index(total));
-  information.topLeftCorner(index(n), index(n)) = dense(state.covariance()).inverse();
+  information.topLeftCorner(index(n), index(n)) = test::inverse(dense(state.covariance()));
   Eigen::VectorXd vector = Eigen::VectorXd::Zero(index(total));
   Joint out;
   for (std::size_t i = 0; i < c.slam_z.size(); ++i) {
@@ -92,12 +91,12 @@ Joint joint_estimate(const Case& c, const Noise& noise) {
     };
     Dense h = Dense::Zero(2, index(total));
     h.leftCols(index(n)) = test::numeric_state_jacobian(state, 2, predict);
-    information += h.transpose() * h / noise.slam;
+    information += test::gram(h) / noise.slam;
     vector += h.transpose() * (c.slam_z[i] - predict(state)) / noise.slam;
   }
   for (std::size_t i = 0; i < c.added.size(); ++i)
     add_track(state, c.added[i], noise.track, n + 3 * i, information, vector, out);
-  out.covariance = information.inverse();
+  out.covariance = test::inverse(information);
   out.mean = out.covariance * vector;
   return out;
 }
@@ -282,7 +281,7 @@ TEST(RangeUpdateLaw, ARangeTellsScaleAndNothingOfTheUnobservable) {
     // Stretching the scene about the camera is seen, and the better the nearer the prior was to knowing nothing of it.
     Eigen::VectorXd scale = Eigen::VectorXd::Zero(index(c.state->size()));
     for (std::size_t j = 0; j < 3; ++j) scale(index(Layout::feature(j) + 2)) = c.state->features[j].parameters.z();
-    EXPECT_GT(scale.dot(after.inverse() * scale), scale.dot(before.inverse() * scale) * (1.0 + 1e-6));
+    EXPECT_GT(scale.dot(test::inverse(after) * scale), scale.dot(test::inverse(before) * scale) * (1.0 + 1e-6));
   });
 }
 

@@ -1,6 +1,6 @@
 #include "test/law/linear_system.h"
 
-#include <Eigen/SVD>
+#include <Eigen/QR>
 #include <cmath>
 
 namespace plumb::law {
@@ -111,8 +111,9 @@ int nullity(const Matrix& m) {
   const Vector norms = m.colwise().norm().transpose();
   const Vector scale = norms.cwiseMax(kSmallColumn * norms.maxCoeff());
   const Matrix scaled = m * scale.cwiseInverse().asDiagonal();
-  const Vector singular = Eigen::BDCSVD<Matrix>(scaled).singularValues();
-  return static_cast<int>((singular.array() < kSingular * singular(0)).count() + m.cols() - singular.size());
+  Eigen::ColPivHouseholderQR<Matrix> factors(scaled);
+  factors.setThreshold(kSingular);
+  return static_cast<int>(factors.dimensionOfKernel());
 }
 
 }  // namespace plumb::law

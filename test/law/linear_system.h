@@ -54,8 +54,8 @@ Matrix observability_matrix(const System& system, Sensors sensors, double start_
 
 /// |M n| against the size it would have if the columns did not cancel: 0 in the null space, of order 1 far from it.
 double residual(const Matrix& m, const Vector& n);
-/// Dimension of the null space of M: singular values below 1e-9 of the largest, after scaling the columns to unit
-/// length.
+/// Dimension of the null space of M: pivots of its rank-revealing QR below 1e-9 of the largest, after scaling the
+/// columns to unit length.
 int nullity(const Matrix& m);
 
 }  // namespace plumb::law

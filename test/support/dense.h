@@ -1,9 +1,9 @@
 #pragma once
-// The plain, dense linear algebra that the filter's in-place kernels are compared with.
-
-#include <gtest/gtest.h>
+// The plain, dense linear algebra that the filter's in-place kernels are compared with. Compiled once, in dense.cpp:
+// Eigen's decompositions and products take a compiler many seconds.
 
 #include <Eigen/Core>
+#include <cstddef>
 
 #include "fsw/math/matrix.h"
 #include "test/support/property.h"
@@ -14,45 +14,29 @@ using Dense = Eigen::MatrixXd;
 
 inline Eigen::Index index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
-inline Dense dense(ConstMatrixView view) {
-  Dense out(index(view.rows()), index(view.cols()));
-  for (std::size_t r = 0; r < view.rows(); ++r) {
-    for (std::size_t c = 0; c < view.cols(); ++c) out(index(r), index(c)) = view(r, c);
-  }
-  return out;
-}
+/// The view's numbers, as a matrix of its own.
+Dense dense(ConstMatrixView view);
+void store(const Dense& from, MatrixView to);
 
-inline void store(const Dense& from, MatrixView to) {
-  for (std::size_t r = 0; r < to.rows(); ++r) {
-    for (std::size_t c = 0; c < to.cols(); ++c) to(r, c) = from(index(r), index(c));
-  }
-}
-
-inline Dense any_matrix(Generator& g, std::size_t rows, std::size_t cols, double sigma = 1.0) {
-  Dense out(index(rows), index(cols));
-  for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] = g.normal(sigma);
-  return out;
-}
-
+Dense any_matrix(Generator& g, std::size_t rows, std::size_t cols, double sigma = 1.0);
 /// Symmetric bit for bit, positive definite, with correlations everywhere.
-inline Dense any_covariance(Generator& g, std::size_t n, double floor = 0.1) {
-  const Dense b = any_matrix(g, n, n);
-  const Dense p = b * b.transpose() / static_cast<double>(n) + floor * Dense::Identity(index(n), index(n));
-  return 0.5 * (p + p.transpose());
-}
+Dense any_covariance(Generator& g, std::size_t n, double floor = 0.1);
 
-inline void expect_symmetric_bit_for_bit(ConstMatrixView p) {
-  for (std::size_t r = 0; r < p.rows(); ++r) {
-    for (std::size_t c = 0; c < r; ++c) ASSERT_EQ(p(r, c), p(c, r)) << r << ", " << c;
-  }
-}
+Dense inverse(const Dense& m);
+/// A P A^T.
+Dense congruent(const Dense& a, const Dense& p);
+/// A^T A.
+Dense gram(const Dense& a);
+/// D P D with D = diag(by), symmetric bit for bit when P is.
+Dense scaled(const Dense& p, const Eigen::VectorXd& by);
+/// Lower Cholesky factor of a positive definite matrix.
+Dense cholesky_factor(const Dense& p);
+/// Of a symmetric matrix.
+double smallest_eigenvalue(const Dense& symmetric);
 
+void expect_symmetric_bit_for_bit(ConstMatrixView p);
 /// Largest absolute difference of two matrices of the same shape.
-inline double difference(const Dense& a, const Dense& b) {
-  EXPECT_EQ(a.rows(), b.rows());
-  EXPECT_EQ(a.cols(), b.cols());
-  return (a - b).cwiseAbs().maxCoeff();
-}
+double difference(const Dense& a, const Dense& b);
 
 /// Central differences of f at zero error. f takes a vector of `In` errors and gives a vector of `Out` values.
 template <int Out, int In, typename F>

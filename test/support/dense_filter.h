@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <vector>
 
 #include "fsw/estimator/filter_state.h"
@@ -24,13 +24,7 @@ struct DensePosterior {
 };
 
 /// Joseph form.
-inline DensePosterior dense_update(const Dense& p, const DenseRows& rows) {
-  const Dense noise = rows.sigma.cwiseAbs2().asDiagonal();
-  const Dense s = rows.h * p * rows.h.transpose() + noise;
-  const Dense k = p * rows.h.transpose() * s.inverse();
-  const Dense keep = Dense::Identity(p.rows(), p.cols()) - k * rows.h;
-  return {k * rows.r, keep * p * keep.transpose() + k * noise * k.transpose()};
-}
+DensePosterior dense_update(const Dense& p, const DenseRows& rows);
 
 /// d f(state) / d error, by central differences of the filter's own retraction; f gives `values` numbers.
 template <class Config, typename F>
@@ -72,15 +66,9 @@ void expect_same_nominal(const FilterState<Config>& a, const FilterState<Config>
 }
 
 /// Largest difference of two covariances, each element measured in standard deviations of `a`.
-inline double covariance_difference(const Dense& a, const Dense& b) {
-  const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
-  return difference(scale.asDiagonal() * a * scale.asDiagonal(), scale.asDiagonal() * b * scale.asDiagonal());
-}
+double covariance_difference(const Dense& a, const Dense& b);
 
 /// What the update has learnt about the directions no sensor observes, relative to what the prior knew of them.
-inline double false_information(const Dense& before, const Dense& after, const Dense& directions) {
-  const Dense known = before.inverse() * directions;
-  return (after.inverse() * directions - known).norm() / known.norm();
-}
+double false_information(const Dense& before, const Dense& after, const Dense& directions);
 
 }  // namespace plumb::test

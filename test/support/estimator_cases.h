@@ -120,10 +120,7 @@ std::vector<Vec3> fill_state(Generator& g, const SensorCalibration& calibration,
     EXPECT_EQ(state.add_feature(feature, Mat3::Identity()), Status::kOk);
   }
   state.set_calibration(calibration, any_calibration_options());
-  const Eigen::VectorXd sigmas = prior_sigmas(state);
-  Dense p = sigmas.asDiagonal() * any_covariance(g, state.size()) * sigmas.asDiagonal();
-  p = 0.5 * (p + p.transpose()).eval();
-  store(p, state.covariance());
+  store(scaled(any_covariance(g, state.size()), prior_sigmas(state)), state.covariance());
   return points;
 }
 

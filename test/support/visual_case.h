@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <memory>
 #include <vector>
 
@@ -30,7 +29,7 @@ inline Vec2 observe(Generator& g, const CameraPose& camera, const Vec3& point) {
 /// A true state off the estimate by a twentieth of what the prior allows: far enough to be corrected, near enough that
 /// updates stay in the linear range and no track fails to triangulate.
 inline FilterState<TinyConfig> true_state(Generator& g, const FilterState<TinyConfig>& state) {
-  const Dense root = dense(state.covariance()).llt().matrixL();
+  const Dense root = cholesky_factor(dense(state.covariance()));
   Eigen::VectorXd error(index(state.size()));
   for (Eigen::Index k = 0; k < error.size(); ++k) error(k) = 0.05 * g.normal(1.0);
   error = (root * error).eval();

@@ -1,5 +1,6 @@
 #include "tools/decode/can_command.h"
 
+#include <CLI/CLI.hpp>
 #include <cinttypes>
 #include <cstdio>
 #include <map>

@@ -1,9 +1,12 @@
 #pragma once
 // A subcommand of plumb-decode: one kind of device.
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace plumb::decode {
 

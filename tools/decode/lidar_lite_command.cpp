@@ -1,5 +1,6 @@
 #include "tools/decode/lidar_lite_command.h"
 
+#include <CLI/CLI.hpp>
 #include <cinttypes>
 #include <cstdio>
 #include <map>

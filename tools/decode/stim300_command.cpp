@@ -1,5 +1,6 @@
 #include "tools/decode/stim300_command.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cinttypes>

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
-import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -17,7 +19,7 @@ from rich.table import Table
 from plumb_tools import files
 from plumb_tools.arguments import whole_number
 from plumb_tools.demo.pipeline import ROOT, build
-from plumb_tools.demo.process import StepFailed, Steps, exit_code
+from plumb_tools.demo.process import Step, StepFailed, Steps, exit_code
 from plumb_tools.trajectory import InputError
 
 BUILD = ROOT / "build" / "fuzz"
@@ -25,12 +27,16 @@ SEEDS = ROOT / "test" / "fuzz" / "corpus"
 PREFIX = "fuzz_"
 DEFAULT_SECONDS = 60
 
+#: An input that takes so long does not end. By the clock, so it must not be short where other work goes on.
+TIMEOUT_S = 60
+DEFAULT_SEED = 1
+
 DESCRIPTION = """\
 Builds the fuzz targets of test/fuzz (clang 19 and its libFuzzer) and runs each for some seconds: what the devices send,
 and the files that a user gives. An input that breaks an assertion, reads beyond its bounds or does not end is kept in
-build/fuzz/findings; hand it to the program build/fuzz/bin/fuzz_... to see it again. Inputs that reach new code are kept
-in build/fuzz/corpus, so that the next run goes on from there. Needs tools/setup --fuzz. Exits with 1 when anything is
-found."""
+build/fuzz/findings; hand it to the program build/fuzz/bin/fuzz_... to see it again. A run begins with the inputs of
+test/fuzz/corpus, which stay as they are, and with those of build/fuzz/corpus, where inputs that reach new code are kept,
+so that the next run goes on from there. Needs tools/setup --fuzz. Exits with 1 when anything is found."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Outcome:
     per_second: int
     edges: int  #: of the code's branches, that any input reached
     corpus: int  #: inputs that each reach something new
-    finding: str | None  #: where the input that broke it is kept
+    finding: str | None  #: where the input that broke it is kept, or the log of a run that left none
 
 
 def targets() -> list[str]:
@@ -68,21 +74,43 @@ def outcome_of(target: str, text: str) -> Outcome:
     )
 
 
-def run(steps: Steps, target: str, seconds: int) -> Outcome:
+def run(step: Step, target: str, seconds: int, seed: int) -> Outcome:
     """Runs one target for so long, from the inputs that are known."""
     corpus, findings = BUILD / "corpus" / target, BUILD / "findings"
     corpus.mkdir(parents=True, exist_ok=True)
     findings.mkdir(parents=True, exist_ok=True)
     seeds = [str(SEEDS / target)] if (SEEDS / target).is_dir() else []
-    options = [f"-max_total_time={seconds}", "-print_final_stats=1", "-timeout=10", f"-artifact_prefix={findings}/{target}-"]
-    with steps.step(f"{target}, {seconds} s"):
-        command = [str(BUILD / "bin" / target), *options, str(corpus), *seeds]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
-    files.write_text(BUILD / f"{target}.log", done.stderr)
-    outcome = outcome_of(target, done.stderr)
-    if done.returncode != 0 and outcome.finding is None:
-        raise StepFailed(f"{target} ended with {done.returncode}: see {BUILD / f'{target}.log'}")
-    return outcome
+    options = [f"-max_total_time={seconds}", f"-timeout={TIMEOUT_S}", f"-seed={seed}", "-print_final_stats=1"]
+    command = [str(BUILD / "bin" / target), *options, f"-artifact_prefix={findings}/{target}-", str(corpus), *seeds]
+    log = BUILD / f"{target}.log"
+    failed = False
+    try:
+        step.run(target, command, log, lasts_s=seconds)
+    except StepFailed:
+        failed = True
+    outcome = outcome_of(target, log.read_text(encoding="utf-8"))
+    return replace(outcome, finding=str(log)) if failed and outcome.finding is None else outcome
+
+
+def run_all(steps: Steps, chosen: Sequence[str], seconds: int, seed: int, jobs: int) -> list[Outcome]:
+    """Runs the targets, so many side by side."""
+    title = f"{len(chosen)} targets, {seconds} s each"
+    with steps.step(title) as step, ThreadPoolExecutor(jobs) as workers:
+        try:
+            return list(workers.map(lambda target: run(step, target, seconds, seed), chosen))
+        except BaseException:
+            step.stop()  # else leaving the pool waits for those that run
+            raise
+
+
+def junit(outcomes: Sequence[Outcome]) -> str:
+    """The outcomes as CTest and pytest write theirs."""
+    suite = ElementTree.Element("testsuite", name="fuzz")
+    for o in outcomes:
+        case = ElementTree.SubElement(suite, "testcase", name=o.target)
+        if o.finding is not None:
+            ElementTree.SubElement(case, "failure", message=f"an input breaks it: {o.finding}")
+    return ElementTree.tostring(suite, encoding="unicode")
 
 
 def _table(outcomes: Sequence[Outcome]) -> Table:
@@ -103,10 +131,13 @@ def _fuzz(arguments: argparse.Namespace, console: Console) -> None:
     for name in chosen:
         if name not in known:
             raise InputError(f"{name}: no such target; expected one of {', '.join(known)}")
-    outcomes = [run(steps, target, arguments.seconds) for target in chosen]
+    console.print(f"  seed {arguments.seed}", highlight=False)
+    outcomes = run_all(steps, chosen, arguments.seconds, arguments.seed, arguments.jobs)
     console.print(_table(outcomes))
-    if found := [outcome.target for outcome in outcomes if outcome.finding is not None]:
-        raise StepFailed(f"{', '.join(found)}: an input was found that breaks it")
+    if arguments.report is not None:
+        files.write_text(arguments.report, junit(outcomes))
+    if found := [f"{o.target}: {o.finding}" for o in outcomes if o.finding is not None]:
+        raise StepFailed("\n".join(["an input was found that breaks", *found]))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -116,6 +147,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--seconds", type=whole_number(1), default=DEFAULT_SECONDS, metavar="N", help="each (default: %(default)s)"
     )
+    parser.add_argument(
+        "--jobs", type=whole_number(1), default=os.cpu_count() or 1, metavar="N", help="side by side (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--seed",
+        type=whole_number(1),
+        default=DEFAULT_SEED,
+        metavar="N",
+        help="of the random changes (default: %(default)s)",
+    )
+    parser.add_argument("--report", type=Path, metavar="FILE", help="also write the outcomes there, as JUnit does")
     arguments = parser.parse_args(argv)
     console = Console(width=None if sys.stdout.isatty() else 120)
     return exit_code("fuzz", lambda: _fuzz(arguments, console), "the inputs found so far are kept")

@@ -70,7 +70,7 @@ TEST(Covariance, CloneBlockCopiesAnError) {
     const Blocks b = any_blocks(g, c.n);
     const Dense j = copying(b, c.n);
     clone_block(c.p, b.from, b.to, b.count);
-    expect_is(c, j * c.before * j.transpose());
+    expect_is(c, test::congruent(j, c.before));
   });
 }
 
@@ -81,7 +81,7 @@ TEST(Covariance, ClearBlockForgetsAnError) {
     Dense j = Dense::Identity(index(c.n), index(c.n));
     for (std::size_t k = 0; k < b.count; ++k) j(index(b.from + k), index(b.from + k)) = 0.0;
     clear_block(c.p, b.from, b.count);
-    expect_is(c, j * c.before * j.transpose());
+    expect_is(c, test::congruent(j, c.before));
   });
 }
 
@@ -92,7 +92,7 @@ TEST(Covariance, MoveBlockCopiesThenForgets) {
     Dense j = copying(b, c.n);
     for (std::size_t k = 0; k < b.count; ++k) j.row(index(b.from + k)).setZero();
     move_block(c.p, b.from, b.to, b.count);
-    expect_is(c, j * c.before * j.transpose());
+    expect_is(c, test::congruent(j, c.before));
   });
 }
 
@@ -129,7 +129,7 @@ TEST(Covariance, AssignLinearIsTheFullProduct) {
 
     Dense j = Dense::Identity(index(c.n), index(c.n));
     j.middleRows(index(at), index(rows)) = sparse.j;
-    Dense expected = j * c.before * j.transpose();
+    Dense expected = test::congruent(j, c.before);
     expected.block(index(at), index(at), index(rows), index(rows)) += noise.topLeftCorner(index(rows), index(rows));
     assign_linear(c.p, at, jacobian, sparse.support, noise);
     expect_is(c, expected);
@@ -159,7 +159,7 @@ TEST(Covariance, PropagateCoreIsTheFullProduct) {
     const Mat15 q = test::any_covariance(g, 15);
     Dense j = Dense::Identity(index(c.n), index(c.n));
     j.topLeftCorner<15, 15>() = phi;
-    Dense expected = j * c.before * j.transpose();
+    Dense expected = test::congruent(j, c.before);
     expected.topLeftCorner<15, 15>() += q;
     propagate_core(c.p, phi, q);
     expect_is(c, expected);
@@ -187,7 +187,7 @@ TEST(Covariance, TheNavCovarianceIsTheOneOfTheLocalError) {
         1e-6);
     const Case c = any_case(g);
     const Dense core_block = c.before.topLeftCorner<15, 15>();
-    const Dense expected = t * core_block * t.transpose();
+    const Dense expected = test::congruent(t, core_block);
     const Mat15 nav = to_nav_covariance(c.p, core.motion.q_WI, core.motion.p_WI_m, core.motion.v_WI_m_s);
     EXPECT_LT(difference(nav, expected), 1e-6 * expected.norm());
   });

@@ -34,7 +34,7 @@ Mat3 world_covariance(const State& state, std::size_t i) {
   const Dense j = test::numeric_state_jacobian(state, 3, [i](const State& s) {
     return feature_in_world(s.pose(s.features[i].anchor_slot).camera, s.features[i].parameters);
   });
-  return j * dense(state.covariance()) * j.transpose();
+  return test::congruent(j, dense(state.covariance()));
 }
 
 TEST(FilterState, ACloneIsTheCameraOfThisMoment) {

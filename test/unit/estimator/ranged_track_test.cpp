@@ -79,7 +79,7 @@ TEST(RangedTrack, RowsAreThoseOfAllObservationsAndTheRange) {
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(index(Rows::kPoseColumns));
     full << numeric(c, rows.feature), seen - measured(c, rows.feature, zero);
     const Dense after = dense(rows.work.view(rows.rows, Rows::kColumns));
-    EXPECT_LT((after.transpose() * after - full.transpose() * full).norm(), 1e-6 * full.squaredNorm());
+    EXPECT_LT((test::gram(after) - test::gram(full)).norm(), 1e-6 * full.squaredNorm());
   });
 }
 

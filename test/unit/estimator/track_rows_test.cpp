@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <memory>
 
 #include "test/support/track_case.h"
@@ -50,12 +49,12 @@ TEST(TrackRows, PoseRowsAreBlindToTheFeature) {
     ASSERT_EQ(build_track_rows(c.views, c.limits, kSigma, rows), Status::kOk);
     const FullRows full = full_rows(c, rows.feature);
     const Dense& f = full.by_feature;
-    const Dense blind = Dense::Identity(f.rows(), f.rows()) - f * (f.transpose() * f).inverse() * f.transpose();
+    const Dense blind = Dense::Identity(f.rows(), f.rows()) - f * test::inverse(test::gram(f)) * f.transpose();
     EXPECT_LT((blind * f).norm(), 1e-8 * f.norm());
-    const Dense expected = full.poses_and_residual.transpose() * blind * full.poses_and_residual;
+    const Dense expected = test::congruent(full.poses_and_residual.transpose(), blind);
     const Dense pose_rows = dense(rows.pose_rows());
     ASSERT_EQ(pose_rows.rows(), index(2 * c.views.size()) - 3);
-    EXPECT_LT((pose_rows.transpose() * pose_rows - expected).norm(), 1e-9 * expected.norm());
+    EXPECT_LT((test::gram(pose_rows) - expected).norm(), 1e-9 * expected.norm());
   });
 }
 
@@ -68,7 +67,7 @@ TEST(TrackRows, NothingIsLostInTheSplit) {
     Dense before(full.by_feature.rows(), index(Rows::kColumns));
     before << full.by_feature, full.poses_and_residual;
     const Dense after = dense(rows.work.view(rows.rows, Rows::kColumns));
-    EXPECT_LT((after.transpose() * after - before.transpose() * before).norm(), 1e-10 * before.squaredNorm());
+    EXPECT_LT((test::gram(after) - test::gram(before)).norm(), 1e-10 * before.squaredNorm());
     for (std::size_t r = 1; r < 3; ++r) {
       for (std::size_t k = 0; k < r; ++k) EXPECT_EQ(rows.feature_rows()(r, k), 0.0);
     }
@@ -100,8 +99,8 @@ TEST(TrackRows, TheInnovationIsThatOfAsManyRowsAsThereAreDegreesOfFreedom) {
     const Dense all = dense(rows.pose_rows());
     const Dense poses = all.leftCols(index(Rows::kPoseColumns));
     const Eigen::VectorXd r = all.rightCols<1>();
-    const Dense s = poses * p * poses.transpose() + Dense::Identity(all.rows(), all.rows());
-    const double nis = r.dot(s.inverse() * r);
+    const Dense s = test::congruent(poses, p) + Dense::Identity(all.rows(), all.rows());
+    const double nis = r.dot(test::inverse(s) * r);
     EXPECT_EQ(rows.pose_rows().rows(), 2 * c.views.size() - 3);
     EXPECT_NEAR(innovation_squared(rows, covariance.view()), nis, 1e-9 * (1.0 + nis));
   });

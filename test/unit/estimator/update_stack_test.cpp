@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -144,7 +143,7 @@ TEST(UpdateStack, TheInnovationTestIsAgainstThePrior) {
   test::for_all(200, [&](test::Generator& g) {
     const auto state = any_state(g);
     const Rows rows = any_rows(g, *state, 3, 1.0);
-    const Dense s = rows.dense.h * dense(state->covariance()) * rows.dense.h.transpose() + Dense::Identity(3, 3);
+    const Dense s = test::congruent(rows.dense.h, dense(state->covariance())) + Dense::Identity(3, 3);
     stack->begin(*state);
     MatrixView h = stack->open(3);
     test::store(rows.dense.h, h);
@@ -152,13 +151,13 @@ TEST(UpdateStack, TheInnovationTestIsAgainstThePrior) {
     Support all;
     ASSERT_EQ(all.push_back({0, state->size()}), Status::kOk);
     const double nis = stack->close(*state, all);
-    EXPECT_NEAR(nis, rows.dense.r.dot(s.inverse() * rows.dense.r), 1e-9 * (1.0 + nis));
+    EXPECT_NEAR(nis, rows.dense.r.dot(test::inverse(s) * rows.dense.r), 1e-9 * (1.0 + nis));
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(stack->innovation_variance(k), s(index(k), index(k)), 1e-9 * s.norm());
       EXPECT_GE(stack->innovation_variance(k), 1.0);
     }
     // Whitened rows: no eigenvalue of S below one, so its factor exists and is well conditioned in any arithmetic.
-    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Dense>(s).eigenvalues().minCoeff(), 1.0 - 1e-9 * s.norm());
+    EXPECT_GE(test::smallest_eigenvalue(s), 1.0 - 1e-9 * s.norm());
   });
 }
 
@@ -231,8 +230,8 @@ TEST(UpdateStack, TheCovarianceStaysSoundOverThousandsOfUpdates) {
       ASSERT_LE((p.diagonal() - before).maxCoeff(), 1e-15 * before.maxCoeff());
       const Eigen::VectorXd scale = p.diagonal().cwiseSqrt().cwiseInverse();
       if (round % 20 == 0) {
-        const Dense normalised = scale.asDiagonal() * p * scale.asDiagonal();
-        ASSERT_GT(Eigen::SelfAdjointEigenSolver<Dense>(normalised).eigenvalues().minCoeff(), 0.0) << round;
+        const Dense normalised = test::scaled(p, scale);
+        ASSERT_GT(test::smallest_eigenvalue(normalised), 0.0) << round;
         // The features' and poses' numbers do not matter here; they must not run away over the rounds.
         test::store(p + 1e-6 * Dense(before.asDiagonal()), state->covariance());
       }

@@ -74,6 +74,10 @@ class Bar:
         if done is not None:
             self._progress.update(self._task, completed=done)
 
+    def time_of(self, lasts_s: float) -> Callable[[float], None]:
+        """Moves the bar by the seconds since the start of what lasts so long."""
+        return lambda seconds: self._progress.update(self._task, completed=min(1.0, seconds / lasts_s))
+
     def end(self) -> None:
         """The tool has ended: there is nothing more to tell of it."""
         self._progress.stop_task(self._task)
@@ -106,8 +110,11 @@ class Step:
         for process in self._running:
             process.terminate()
 
-    def run(self, title: str, command: Sequence[str | Path], log: Path) -> None:
-        """Runs a command; its output goes to the log file. Throws StepFailed."""
+    def run(self, title: str, command: Sequence[str | Path], log: Path, lasts_s: float | None = None) -> None:
+        """Runs a command; its output goes to the log file. Throws StepFailed.
+
+        The bar shows the progress that the output tells of, or the time of a command that `lasts_s`.
+        """
         bar = Bar(self._progress, self._progress.add_task(title, total=1.0))
         words = [str(word) for word in command]
         tail: deque[str] = deque(maxlen=TAIL_LINES)
@@ -115,13 +122,15 @@ class Step:
         with log.open("w", encoding="utf-8") as stream:
             stream.write(f"$ {shlex.join(words)}\n")
             try:
-                process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                process = subprocess.Popen(
+                    words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
+                )
             except OSError as error:
                 raise StepFailed(f"{words[0]}: {error.strerror}") from None
             self._running.append(process)
             if self._stopped:
                 process.terminate()
-            with process:
+            with process, nullcontext() if lasts_s is None else heartbeat.every(1.0, bar.time_of(lasts_s)):
                 assert process.stdout is not None
                 for line in process.stdout:
                     stream.write(line)
