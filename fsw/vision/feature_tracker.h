@@ -44,6 +44,7 @@ class FeatureTracker final : public Tracker<MaxTracks> {
 
   [[nodiscard]] Status track(const CameraFrame& frame, const MotionPrediction& motion,
                              FeatureFrame<MaxTracks>& out) override;
+  void use(const TrackerOptions& options) override;
   void reset() override;
   const TrackerReport& report() const { return report_; }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Definitions of FeatureTracker, for the source files that instantiate it.
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/math/exact.h"
@@ -39,6 +40,22 @@ FeatureTracker<MaxTracks, Kernels>::FeatureTracker(const CameraCalibration& cali
   reset();
 }
 
+// Only those that nothing has been laid out by: what the others say stays.
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::use(const TrackerOptions& options) {
+  options_.forward_backward_px = options.forward_backward_px;
+  options_.max_residual = options.max_residual;
+  options_.min_similarity = options.min_similarity;
+  options_.max_correction_px = options.max_correction_px;
+  options_.outlier_px = options.outlier_px;
+  ransac_.set_threshold_rad(tracker_detail::ransac_options(camera_, options_).threshold_rad);
+  options_.fast_threshold_min = options.fast_threshold_min;
+  options_.fast_threshold_max = options.fast_threshold_max;
+  for (std::int32_t& threshold : fast_threshold_) {
+    threshold = std::clamp(threshold, options_.fast_threshold_min, options_.fast_threshold_max);
+  }
+}
+
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::reset() {
   tracks_.clear();
@@ -48,10 +65,8 @@ void FeatureTracker<MaxTracks, Kernels>::reset() {
   }
   kernels_.forget();
   ransac_.reset();
-  fast_threshold_.fill(tracker_detail::kFirstThreshold < options_.fast_threshold_min ? options_.fast_threshold_min
-                       : tracker_detail::kFirstThreshold > options_.fast_threshold_max
-                           ? options_.fast_threshold_max
-                           : tracker_detail::kFirstThreshold);
+  fast_threshold_.fill(
+      std::clamp(tracker_detail::kFirstThreshold, options_.fast_threshold_min, options_.fast_threshold_max));
   report_ = TrackerReport{};
   last_t_ = Time::never();
   last_interval_s_ = 0.0;

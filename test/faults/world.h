@@ -94,6 +94,7 @@ class World {
     SlowTracker(World& world, FlightTracker<FlightConfig>& tracker) : world_(world), tracker_(tracker) {}
     Status track(const CameraFrame& frame, const MotionPrediction& motion,
                  FeatureFrame<FlightConfig::kMaxTracks>& out) override;
+    void use(const TrackerOptions& options) override { tracker_.use(options); }
     void reset() override { tracker_.reset(); }
 
    private:
