@@ -115,8 +115,8 @@ Hashes track(const TrackerOptions& made_with, const TrackerOptions* uses, bool a
   FeatureFrame<FlightConfig::kMaxTracks> out;
   Hashes hashes;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const CameraFrame frame{Time::from_ns(1 + 50'000'000LL * static_cast<std::int64_t>(i)), static_cast<std::uint32_t>(i),
-                            seen[i].view};
+    const CameraFrame frame{Time::from_ns(1 + 50'000'000LL * static_cast<std::int64_t>(i)),
+                            static_cast<std::uint32_t>(i), seen[i].view};
     EXPECT_EQ(tracker->track(frame, MotionPrediction{}, out), Status::kOk);
     Hash64 hash;
     for (const FeatureObservation& feature : out.observations) {
