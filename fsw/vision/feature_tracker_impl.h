@@ -40,22 +40,6 @@ FeatureTracker<MaxTracks, Kernels>::FeatureTracker(const CameraCalibration& cali
   reset();
 }
 
-// Only those that nothing has been laid out by: what the others say stays.
-template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::use(const TrackerOptions& options) {
-  options_.forward_backward_px = options.forward_backward_px;
-  options_.max_residual = options.max_residual;
-  options_.min_similarity = options.min_similarity;
-  options_.max_correction_px = options.max_correction_px;
-  options_.outlier_px = options.outlier_px;
-  ransac_.set_threshold_rad(tracker_detail::ransac_options(camera_, options_).threshold_rad);
-  options_.fast_threshold_min = options.fast_threshold_min;
-  options_.fast_threshold_max = options.fast_threshold_max;
-  for (std::int32_t& threshold : fast_threshold_) {
-    threshold = std::clamp(threshold, options_.fast_threshold_min, options_.fast_threshold_max);
-  }
-}
-
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::reset() {
   tracks_.clear();
