@@ -310,12 +310,32 @@ TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
   EXPECT_EQ(system_->estimator().counters().resets, 1U);
 }
 
+Command set(const char* name, double value) {
+  const auto number = static_cast<double>(parameter_table().find(name) - parameter_table().rows().data());
+  return {.id = static_cast<std::uint16_t>(CommandId::kSetParameter),
+          .arguments = {number, static_cast<double>(parameter_table_crc()), value, 0.0}};
+}
+
+TEST_F(NavSystemTest, ATimeOutThatIsSetCountsForTheModeAtOnce) {
+  constexpr double kTimeout_s = 0.05;
+  start_with_a_state();
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  for (std::int64_t number = 6; system_->health().status.mode != NavMode::kFailed; ++number) {
+    ASSERT_LT(static_cast<double>(number * kTick_ns - 20'000'000) * 1e-9, kTimeout_s + 2e-9 * kTick_ns);
+    input = {};
+    input.tick = static_cast<std::uint64_t>(number);
+    input.t = Time::from_ns(number * kTick_ns);
+    if (number == 6) {
+      ASSERT_EQ(input.commands.push_back(set("modes.imu_timeout", kTimeout_s)), Status::kOk);
+    }
+    system_->step(input, nullptr);
+  }
+  EXPECT_GT((input.t - Time::from_ns(20'000'000)).seconds(), kTimeout_s);
+}
+
 TEST_F(NavSystemTest, AParameterIsInForceEverywhereFromItsFrameOnAndIsTold) {
-  const auto set = [](const char* name, double value) {
-    const auto number = static_cast<double>(parameter_table().find(name) - parameter_table().rows().data());
-    return Command{.id = static_cast<std::uint16_t>(CommandId::kSetParameter),
-                   .arguments = {number, static_cast<double>(parameter_table_crc()), value, 0.0}};
-  };
   InputFrame input = tick(5, 20'000'000);
   ASSERT_EQ(input.commands.push_back(set("tracker.outlier", 0.9)), Status::kOk);
   ASSERT_EQ(input.commands.push_back(set("imu.max_accel", 20.0)), Status::kOk);
