@@ -1,5 +1,7 @@
 #include "fsw/app/tick_task.h"
 
+#include <utility>
+
 namespace plumb {
 
 void TickTask::run_once() {
@@ -50,9 +52,10 @@ void TickTask::publish() {
 }
 
 void TickTask::answer_commands() {
+  bool told = false;
   for (const Command& command : gate_.frame().commands) {
     // Not into the log, where it would be taken for what the flight began with.
-    if (command.is(CommandId::kTellParameters)) {
+    if (command.is(CommandId::kTellParameters) && !std::exchange(told, true)) {
       publisher_.publish(channel::kParams, params_record(parameters().active(), FlightConfig::kName));
     }
     send(channel::kCommandAck, CommandAck{.t = gate_.frame().t, .command = command});
