@@ -43,25 +43,28 @@ struct Pose {
   Vec3 translation;
 };
 
-/// T_BS: sensor to body, a 4 x 4 homogeneous matrix by rows.
-Pose read_pose(const YamlFile& yaml) {
+/// From a 4 x 4 homogeneous matrix by rows, under `key`.
+Pose to_pose(const YamlFile& yaml, const char* key, const std::vector<double>& m) {
   constexpr double kOrthonormal = 1e-3;  // calibration files carry 6 digits or more
-  const std::vector<double> m = yaml.numbers("T_BS.data", 16);
   Pose pose;
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) pose.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
     pose.translation(r) = m[static_cast<std::size_t>(4 * r + 3)];
   }
-  if (!(pose.translation.norm() < kLongestLever_m)) yaml.fail("T_BS.data", kLeverExpected);
+  if (!(pose.translation.norm() < kLongestLever_m)) yaml.fail(key, kLeverExpected);
   const bool last_row = m[12] == 0.0 && m[13] == 0.0 && m[14] == 0.0 && m[15] == 1.0;
   const double error = (pose.rotation * pose.rotation.transpose() - Mat3::Identity()).norm();
   if (!last_row || error > kOrthonormal || pose.rotation.determinant() < 0.0) {
-    yaml.fail("T_BS.data", "expected a rigid transform (rotation matrix, translation, 0 0 0 1)");
+    yaml.fail(key, "expected a rigid transform (rotation matrix, translation, 0 0 0 1)");
   }
   return pose;
 }
 
-void read_distortion(const YamlFile& yaml, CameraCalibration& camera) {
+/// T_BS: sensor to body.
+Pose read_pose(const YamlFile& yaml) { return to_pose(yaml, "T_BS.data", yaml.numbers("T_BS.data", 16)); }
+
+/// `key`: of the coefficients.
+void read_distortion(const YamlFile& yaml, const char* key, CameraCalibration& camera) {
   const std::string model = yaml.text("distortion_model");
   std::size_t count = 0;
   if (model == "radial-tangential" || model == "radtan" || model == "plumb_bob") {
@@ -79,7 +82,7 @@ void read_distortion(const YamlFile& yaml, CameraCalibration& camera) {
   } else {
     yaml.fail("distortion_model", "expected radial-tangential, equidistant, fov or none, found '" + model + "'");
   }
-  const std::vector<double> values = yaml.numbers("distortion_coefficients", count);
+  const std::vector<double> values = yaml.numbers(key, count);
   for (std::size_t i = 0; i < count; ++i) camera.coefficients[i] = values[i];
 }
 
@@ -112,7 +115,7 @@ void read_projection(const YamlFile& yaml, CameraCalibration& camera) {
 
 // Half widths of the image in the normalised plane, from the middles of its four edges. A lens that sees 90 degrees or
 // more off its axis has no point there: then from the outermost twentieth that has one.
-void read_field_of_view(const YamlFile& yaml, Calibration& calibration) {
+void read_field_of_view(const YamlFile& yaml, const char* key, Calibration& calibration) {
   constexpr int kSteps = 20;
   const CameraCalibration& camera = calibration.camera;
   const CameraModel model(camera);
@@ -123,11 +126,28 @@ void read_field_of_view(const YamlFile& yaml, Calibration& calibration) {
     Vec2 normalised;
     int step = kSteps;
     while (step > 0 && !ok(model.undistort(centre + (edge - centre) * (step / double{kSteps}), normalised))) --step;
-    if (step == 0) yaml.fail("distortion_coefficients", "the lens model cannot be inverted anywhere in the image");
+    if (step == 0) yaml.fail(key, "the lens model cannot be inverted anywhere in the image");
     calibration.sensor.half_fov_x = std::max(calibration.sensor.half_fov_x, std::abs(normalised.x()));
     calibration.sensor.half_fov_y = std::max(calibration.sensor.half_fov_y, std::abs(normalised.y()));
   }
   calibration.sensor.focal_px = model.focal_px();
+}
+
+/// `key`: of the coefficients.
+void read_lens(const YamlFile& yaml, const char* key, Calibration& calibration, const Steps& steps) {
+  CameraCalibration camera;
+  int sound = 0;
+  steps([&] { read_resolution(yaml, camera), ++sound; });
+  steps([&] { read_projection(yaml, camera), ++sound; });
+  steps([&] { read_distortion(yaml, key, camera), ++sound; });
+  if (sound < 3) return;
+  steps([&] {
+    if (!ok(CameraModel::check(camera))) {
+      yaml.fail("intrinsics", "with " + std::string(key) + " and resolution do not make a usable camera");
+    }
+    calibration.camera = camera;
+    read_field_of_view(yaml, key, calibration);
+  });
 }
 
 // Keys that describe the sensor to people, and T_BS, which the camera's reader takes from the IMU's file as well.
@@ -162,20 +182,7 @@ void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& 
 }  // namespace
 
 void read_camera(const YamlFile& camera_yaml, const YamlFile& imu_yaml, Calibration& calibration, const Steps& steps) {
-  CameraCalibration camera;
-  int sound = 0;
-  steps([&] { read_resolution(camera_yaml, camera), ++sound; });
-  steps([&] { read_projection(camera_yaml, camera), ++sound; });
-  steps([&] { read_distortion(camera_yaml, camera), ++sound; });
-  if (sound == 3) {
-    steps([&] {
-      if (!ok(CameraModel::check(camera))) {
-        camera_yaml.fail("intrinsics", "with distortion_coefficients and resolution do not make a usable camera");
-      }
-      calibration.camera = camera;
-      read_field_of_view(camera_yaml, calibration);
-    });
-  }
+  read_lens(camera_yaml, "distortion_coefficients", calibration, steps);
   Pose camera_pose{Mat3::Identity(), Vec3::Zero()};
   Pose imu_pose = camera_pose;
   steps([&] { camera_pose = read_pose(camera_yaml); });
@@ -184,7 +191,38 @@ void read_camera(const YamlFile& camera_yaml, const YamlFile& imu_yaml, Calibrat
   calibration.sensor.p_IC_m = imu_pose.rotation.transpose() * (camera_pose.translation - imu_pose.translation);
 }
 
-void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
+// T_cam_imu takes points from the IMU's frame to the camera's.
+Duration read_kalibr_camera(const YamlFile& yaml, Calibration& calibration, const Steps& steps) {
+  read_lens(yaml, "distortion_coeffs", calibration, steps);
+  steps([&] {
+    const Pose pose = to_pose(yaml, "T_cam_imu", yaml.matrix("T_cam_imu", 4, 4));
+    calibration.sensor.q_IC = Quat(Mat3(pose.rotation.transpose())).normalized();
+    calibration.sensor.p_IC_m = -pose.rotation.transpose() * pose.translation;
+  });
+  Duration shift;
+  steps([&] {
+    constexpr double kLargestShift_s = 1.0;
+    const double shift_s = yaml.optional_number("timeshift_cam_imu").value_or(0.0);
+    if (!(std::abs(shift_s) <= kLargestShift_s)) yaml.fail("timeshift_cam_imu", "expected -1 to 1, in seconds");
+    shift = Duration::from_seconds(shift_s);
+  });
+  return shift;
+}
+
+void read_kalibr_imu(const YamlFile& file, Parameters& parameters, const Steps& steps) {
+  const YamlFile yaml = file.has("imu0") ? file.section("imu0") : file;
+  read_imu_noise(yaml, parameters, steps);
+  steps([&] {
+    if (!yaml.has("T_i_b")) return;
+    const Pose pose = to_pose(yaml, "T_i_b", yaml.matrix("T_i_b", 4, 4));
+    constexpr double kNone = 1e-9;
+    if ((pose.rotation - Mat3::Identity()).norm() + pose.translation.norm() > kNone) {
+      yaml.fail("T_i_b", "expected the identity: the IMU that the camera's T_cam_imu is about");
+    }
+  });
+}
+
+void read_imu_noise(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
   constexpr const char* kKeys[][2] = {{"gyroscope_noise_density", "imu.gyro_noise_density"},
                                       {"gyroscope_random_walk", "imu.gyro_bias_walk"},
                                       {"accelerometer_noise_density", "imu.accel_noise_density"},
@@ -192,6 +230,9 @@ void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) 
   for (const auto& [key, parameter] : kKeys) {
     steps([&] { set_from(yaml, key, yaml.number(key), parameter, parameters); });
   }
+}
+
+void read_imu_options(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
   constexpr const char* kOptionalKeys[][2] = {{"gyroscope_bias_stddev", "start.gyro_bias_sigma"},
                                               {"accelerometer_bias_stddev", "start.accel_bias_sigma"},
                                               {"gravity_mps2", "imu.gravity"}};
@@ -201,6 +242,11 @@ void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) 
       if (value) set_from(yaml, key, *value, parameter, parameters);
     });
   }
+}
+
+void read_imu(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
+  read_imu_noise(yaml, parameters, steps);
+  read_imu_options(yaml, parameters, steps);
 }
 
 void read_range_finder(const YamlFile& yaml, Calibration& calibration, Parameters& parameters, const Steps& steps) {

@@ -22,9 +22,18 @@ inline const Steps kUntilFirstFault = [](const std::function<void()>& step) { st
 /// Camera model and camera pose in the IMU, whose section has a T_BS as well.
 void read_camera(const YamlFile& camera, const YamlFile& imu, Calibration& calibration,
                  const Steps& steps = kUntilFirstFault);
-/// Noise densities into the parameters, and if they are there the turn-on biases ("gyroscope_bias_stddev" rad/s,
-/// "accelerometer_bias_stddev" m/s^2, 1 sigma per axis) and local gravity ("gravity_mps2").
+/// What Kalibr's camchain-imucam.yaml has under the name of a camera: the same by its keys. Returns what is to be added
+/// to the stamp of an image to be on the IMU's clock, its timeshift_cam_imu.
+Duration read_kalibr_camera(const YamlFile& camera, Calibration& calibration, const Steps& steps = kUntilFirstFault);
+/// Noise densities into the parameters. The keys of imu.yaml of Kalibr are these, too.
+void read_imu_noise(const YamlFile& imu, Parameters& parameters, const Steps& steps = kUntilFirstFault);
+/// Into the parameters if they are there: turn-on biases ("gyroscope_bias_stddev" rad/s, "accelerometer_bias_stddev"
+/// m/s^2, 1 sigma per axis) and local gravity ("gravity_mps2").
+void read_imu_options(const YamlFile& imu, Parameters& parameters, const Steps& steps = kUntilFirstFault);
+/// Both.
 void read_imu(const YamlFile& imu, Parameters& parameters, const Steps& steps = kUntilFirstFault);
+/// The file's imu0, or without one the file itself, is the IMU that the cameras are placed by.
+void read_kalibr_imu(const YamlFile& file, Parameters& parameters, const Steps& steps = kUntilFirstFault);
 /// Beam into the calibration, noise and largest range into the parameters.
 void read_range_finder(const YamlFile& range, Calibration& calibration, Parameters& parameters,
                        const Steps& steps = kUntilFirstFault);

@@ -16,7 +16,9 @@ namespace {
 
 class Reader {
  public:
-  Reader(const YamlFile& file, std::vector<std::string>& faults) : file_(file), faults_(faults) {}
+  /// `folder`: where files are that the configuration names; null: nowhere.
+  Reader(const YamlFile& file, const std::filesystem::path* folder, std::vector<std::string>& faults)
+      : file_(file), folder_(folder), faults_(faults) {}
 
   FlightSetup read() {
     steps_([&] { setup_.log = file_.text_or("log", ""); });
@@ -25,7 +27,7 @@ class Reader {
     std::optional<YamlFile> imu = section("imu");
     std::optional<YamlFile> camera = section("camera");
     if (imu) read_imu_section(*imu);
-    if (imu && camera) read_camera(*camera, *imu, setup_.calibration, steps_);
+    if (imu && camera) read_calibration(*camera, *imu);
     if (camera) read_camera_section(*camera);
     std::optional<YamlFile> range;
     if (file_.has("range")) range = section("range");
@@ -41,7 +43,7 @@ class Reader {
       if (*part) refuse_unknown(**part);
     }
     refuse_unknown(file_);
-    if (faults_.empty()) check_whole();
+    if (faults_.empty() && is_calibrated_) check_whole();
     return setup_;
   }
 
@@ -95,7 +97,46 @@ class Reader {
         yaml.fail("rate_hz", "rate_hz, filter_hz, accel_range_g and baud make no setting that a STIM300 can fly with");
       }
     });
-    read_imu(yaml, setup_.parameters, steps_);
+    read_imu_options(yaml, setup_.parameters, steps_);
+    if (!yaml.has("kalibr")) return read_imu_noise(yaml, setup_.parameters, steps_);
+    refuse_beside_kalibr(yaml, {"gyroscope_noise_density", "gyroscope_random_walk", "accelerometer_noise_density",
+                                "accelerometer_random_walk"});
+    steps_([&] {
+      if (const auto file = kalibr_file(yaml)) read_kalibr_imu(*file, setup_.parameters, steps_);
+    });
+  }
+
+  /// What is wrong with it names the key, unless the file itself is there.
+  std::optional<YamlFile> kalibr_file(const YamlFile& yaml) {
+    const std::string name = yaml.text("kalibr");
+    if (folder_ == nullptr) {
+      is_calibrated_ = false;
+      return std::nullopt;
+    }
+    const std::filesystem::path path = *folder_ / name;
+    if (!std::filesystem::is_regular_file(path)) yaml.fail("kalibr", path.string() + " is no file");
+    return YamlFile(path);
+  }
+
+  void refuse_beside_kalibr(const YamlFile& yaml, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) {
+      steps_([&] {
+        if (yaml.has(key)) yaml.fail(key, "stands beside kalibr, whose file has it; expected one of the two");
+      });
+    }
+  }
+
+  void read_calibration(const YamlFile& camera, const YamlFile& imu) {
+    if (!camera.has("kalibr")) return read_camera(camera, imu, setup_.calibration, steps_);
+    refuse_beside_kalibr(camera, {"T_BS", "camera_model", "resolution", "intrinsics", "distortion_model",
+                                  "distortion_coefficients"});
+    refuse_beside_kalibr(imu, {"T_BS"});
+    steps_([&] {
+      const std::string name = camera.text_or("kalibr_camera", "cam0");
+      if (const auto file = kalibr_file(camera)) {
+        setup_.camera.shift = read_kalibr_camera(file->section(name), setup_.calibration, steps_);
+      }
+    });
   }
 
   void read_camera_section(const YamlFile& yaml) {
@@ -170,19 +211,25 @@ class Reader {
     refuse_unknown(yaml);
   }
 
+  [[noreturn]] void fail_resolution(const std::string& message) const {
+    const YamlFile camera = file_.section("camera");
+    const bool kalibr = camera.has("kalibr");
+    camera.fail(kalibr ? "kalibr" : "resolution", (kalibr ? "the resolution in it: " : "") + message);
+  }
+
   // What each part cannot see by itself.
   void check_whole() {
     const CameraCalibration& camera = setup_.calibration.camera;
     steps_([&] {
       if (setup_.camera.is_ov7251 && (camera.width != ov7251::kWidth || camera.height != ov7251::kHeight)) {
-        file_.section("camera").fail("resolution", "expected that of an OV7251, 640 x 480");
+        fail_resolution("expected that of an OV7251, 640 x 480");
       }
     });
     steps_([&] {
       if (camera.width > static_cast<std::int32_t>(FlightConfig::kMaxImageWidth) ||
           camera.height > static_cast<std::int32_t>(FlightConfig::kMaxImageHeight)) {
-        file_.section("camera").fail("resolution", "is beyond " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
-                                                       std::to_string(FlightConfig::kMaxImageHeight));
+        fail_resolution("is beyond " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
+                        std::to_string(FlightConfig::kMaxImageHeight));
       }
       if (!ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
         throw InputError(file_.name() + ": the tracker.* parameters do not fit each other or the resolution");
@@ -192,6 +239,8 @@ class Reader {
   }
 
   const YamlFile& file_;
+  const std::filesystem::path* folder_;
+  bool is_calibrated_ = true;
   std::vector<std::string>& faults_;
   FlightSetup setup_;
   const Steps steps_ = [this](const std::function<void()>& step) {
@@ -203,18 +252,23 @@ class Reader {
   };
 };
 
-}  // namespace
-
-FlightSetup read_flight_config(const std::string& name, const std::string& text, std::vector<std::string>& faults) {
+FlightSetup read_text(const std::string& name, const std::string& text, const std::filesystem::path* folder,
+                      std::vector<std::string>& faults) {
   FlightSetup setup;
   try {
     const YamlFile file(name, text);
-    setup = Reader(file, faults).read();
+    setup = Reader(file, folder, faults).read();
   } catch (const InputError& fault) {  // it is no YAML at all
     faults.push_back(fault.what());
   }
   setup.text = text;
   return setup;
+}
+
+}  // namespace
+
+FlightSetup read_flight_config(const std::string& name, const std::string& text, std::vector<std::string>& faults) {
+  return read_text(name, text, nullptr, faults);
 }
 
 FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<std::string>& faults) {
@@ -225,7 +279,8 @@ FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<st
   }
   std::ostringstream text;
   text << stream.rdbuf();
-  return read_flight_config(file.string(), text.str(), faults);
+  const std::filesystem::path folder = file.parent_path();
+  return read_text(file.string(), text.str(), &folder, faults);
 }
 
 }  // namespace plumb

@@ -33,6 +33,7 @@ struct CameraSetup {
   bool is_ov7251 = false;
   Duration exposure;  ///< of an image whose source does not tell it
   Duration readout;   ///< from the end of exposure to the stamp of an image that is stamped at its end
+  Duration shift;     ///< from the stamp, mid-exposure, to the IMU's clock
   Duration latency;   ///< from the end of readout to this host, for an image that nobody stamped
 };
 
@@ -74,9 +75,11 @@ struct FlightSetup {
   std::array<ThreadSetup, kFlightThreadNames.size()> threads{{{85}, {80}, {70}, {60}, {50}, {0}, {0}}};
 };
 
-/// Everything that is wrong with the file is added to `faults`; if that is nothing, the setup can be flown.
+/// Everything that is wrong with the file, and with those of Kalibr that it names, is added to `faults`; if that is
+/// nothing, the setup can be flown.
 FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<std::string>& faults);
-/// The same from the text of such a file, as a log has it.
+/// The same from the text of such a file, as a log has it. Files of Kalibr are not there any more: without them the setup
+/// has no calibration, which a log has of its own.
 FlightSetup read_flight_config(const std::string& name, const std::string& text, std::vector<std::string>& faults);
 
 }  // namespace plumb

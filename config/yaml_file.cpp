@@ -121,6 +121,20 @@ std::vector<std::string> YamlFile::unused_keys(std::initializer_list<std::string
   return sentences;
 }
 
+std::vector<double> YamlFile::matrix(const std::string& key, std::size_t rows, std::size_t columns) const {
+  const YAML::Node node = require(key);
+  std::vector<double> values;
+  bool right_size = node.IsSequence() && node.size() == rows;
+  for (std::size_t r = 0; right_size && r < rows; ++r) {
+    right_size = node[r].IsSequence() && node[r].size() == columns;
+    for (std::size_t c = 0; right_size && c < columns; ++c) values.push_back(to_number(node[r][c], key));
+  }
+  if (!right_size) {
+    fail(key, "expected " + std::to_string(rows) + " rows of " + std::to_string(columns) + " numbers");
+  }
+  return values;
+}
+
 void YamlFile::fail(const std::string& key, const std::string& message) const {
   const std::optional<YAML::Node> node = find(key);
   fail_at(node ? node->Mark().line : -1, key, message);

@@ -31,6 +31,8 @@ class YamlFile {
   std::string text_or(const std::string& key, const std::string& value) const { return has(key) ? text(key) : value; }
   /// A list of `count` finite numbers; any length when count is 0. `key` may be a path with dots ("T_BS.data").
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
+  /// A list of `rows` lists of `columns` finite numbers, one after the other.
+  std::vector<double> matrix(const std::string& key, std::size_t rows, std::size_t columns) const;
   const YAML::Node& root() const { return root_; }
   std::string name() const { return file_.string(); }
   /// One sentence for each key of the outermost map that nobody asked for and that is not among `ignored`.

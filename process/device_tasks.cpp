@@ -121,7 +121,7 @@ void CameraTask::accept(const CameraFrame& frame) {
     ++counters_.no_slot;
     return;
   }
-  const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid, .sequence = sequence_++},
+  const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid + setup_.shift, .sequence = sequence_++},
                            .slot = slot_,
                            .width = width_,
                            .height = height_};

@@ -1,6 +1,7 @@
 #pragma once
 // Which commands are carried out. A refused one is logged and answered as well.
 
+#include "fsw/app/parameter_change.h"
 #include "fsw/base/fixed_vector.h"
 #include "fsw/measurement/command.h"
 
@@ -11,16 +12,11 @@ class CommandJudge {
   /// Sources whose last sequence number is remembered. One more takes the place of the one that came first.
   static constexpr std::size_t kMaxSources = 8;
 
-  /// Gives a command that is undamaged its verdict.
-  void judge(Command& command) {
+  /// Gives a command that is undamaged its verdict. `staged`: the parameters as the commands before it leave them; one
+  /// that is accepted and sets one is in there then.
+  void judge(Command& command, Parameters& staged) {
     if (command.verdict != CommandVerdict::kAccepted) return;
-    if (is_repeated(command)) {
-      command.verdict = CommandVerdict::kRepeated;
-    } else if (!exists(command.id)) {
-      command.verdict = CommandVerdict::kUnknown;
-    } else if (command.arguments != decltype(command.arguments){}) {  // none has any
-      command.verdict = CommandVerdict::kArgument;
-    }
+    command.verdict = is_repeated(command) ? CommandVerdict::kRepeated : verdict_of(command, staged);
   }
 
  private:
@@ -29,12 +25,16 @@ class CommandJudge {
     std::uint32_t sequence = 0;
   };
 
-  static bool exists(std::uint16_t id) {
-    switch (static_cast<CommandId>(id)) {
+  static CommandVerdict verdict_of(const Command& command, Parameters& staged) {
+    switch (static_cast<CommandId>(command.id)) {
       case CommandId::kPing:
-      case CommandId::kReset: return true;
+      case CommandId::kReset:
+      case CommandId::kTellParameters:
+        return command.arguments == decltype(command.arguments){} ? CommandVerdict::kAccepted
+                                                                  : CommandVerdict::kArgument;
+      case CommandId::kSetParameter: return judge_set(command, staged);
     }
-    return false;
+    return CommandVerdict::kUnknown;
   }
 
   bool is_repeated(const Command& command) {

@@ -1,5 +1,7 @@
 #include "fsw/app/flight_monitor.h"
 
+#include <bit>
+
 namespace plumb {
 namespace {
 
@@ -43,6 +45,13 @@ void FlightMonitor::step(const InputFrame& input, const Output& output) {
           .severity = accepted ? EventSeverity::kInfo : EventSeverity::kWarning,
           .t = t,
           .arguments = {command.id, command.source, command.sequence, static_cast<std::int64_t>(command.verdict)}});
+  }
+  for (const ParameterChange& change : output.changes) {
+    tell({.id = EventId::kParameterSet,
+          .severity = EventSeverity::kInfo,
+          .t = t,
+          .arguments = {argument(change.number), std::bit_cast<std::int64_t>(change.before),
+                        std::bit_cast<std::int64_t>(change.after), parameter_table_crc()}});
   }
   if (estimator_.resets != resets_told_) {
     resets_told_ = estimator_.resets;

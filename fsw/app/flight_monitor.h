@@ -3,8 +3,10 @@
 // commands. Fed with what is in input frames and in results of the nav job alone, so that a replay is told the same.
 
 #include <array>
+#include <span>
 
 #include "fsw/app/nav_result.h"
+#include "fsw/app/parameter_change.h"
 #include "fsw/events/event.h"
 #include "fsw/measurement/input_frame.h"
 #include "fsw/modes/mode_machine.h"
@@ -16,14 +18,16 @@ using SensorsHealth = std::array<SensorHealth, kSensorNames.size()>;
 
 class FlightMonitor {
  public:
-  /// A mode, three sensors, a reset, and the commands.
-  using Events = FixedVector<Event, 5 + kMaxCommandsPerFrame>;
+  /// A mode, three sensors, a reset, the commands, and the parameters that they set.
+  using Events = FixedVector<Event, 5 + 2 * kMaxCommandsPerFrame>;
 
   /// What the output made of the samples of a tick.
   struct Output {
     SensorTick imu;
     Time t_imu = Time::never();  ///< newest sample of use
     const NavState& state;       ///< now
+    /// What the commands of the tick set.
+    std::span<const ParameterChange> changes = {};
   };
 
   explicit FlightMonitor(const ModeOptions& options)
@@ -32,6 +36,13 @@ class FlightMonitor {
         camera_(options, options.image_timeout_s),
         range_(options, options.range_timeout_s) {}
 
+  /// Other options from the next step on.
+  void use(const ModeOptions& options) {
+    modes_.use(options);
+    imu_.use(options, options.imu_timeout_s);
+    camera_.use(options, options.image_timeout_s);
+    range_.use(options, options.range_timeout_s);
+  }
   /// A result that is in force from here on. Each once.
   void take(const NavResult& result);
   /// A tick is over. Precondition: time does not go back.

@@ -65,7 +65,8 @@ void InputGate::take_commands() {
   frame_.commands.clear();
   Command command;
   while (!frame_.nav_missed && !frame_.commands.full() && rings_.commands.pop(command)) {
-    judge_.judge(command);
+    if (frame_.commands.empty()) staged_ = parameters_.active();
+    judge_.judge(command, staged_);
     static_cast<void>(frame_.commands.push_back(command));
   }
 }

@@ -19,8 +19,9 @@ class InputGate {
   /// A waiting image that is this much older than the next one gives way to it: the IMU is gone, or the nav job hangs.
   static constexpr Duration kMaxImageWait = Duration::from_ms(200);
 
-  /// Both must outlive the gate.
-  InputGate(SensorRings& rings, NavLink& link) : rings_(rings), link_(link) {}
+  /// All must outlive the gate. `parameters`: those in force, which have to fit what a command sets.
+  InputGate(SensorRings& rings, NavLink& link, const ParameterStore& parameters)
+      : rings_(rings), link_(link), parameters_(parameters) {}
 
   /// The frame of the next tick, which ends at `now` on the flight clock.
   const InputFrame& assemble(Time now);
@@ -47,6 +48,7 @@ class InputGate {
 
   SensorRings& rings_;
   NavLink& link_;
+  const ParameterStore& parameters_;
   InputFrame frame_;
   std::uint64_t next_tick_ = 0;
   Time newest_imu_ = Time::never();
@@ -60,6 +62,7 @@ class InputGate {
   bool sends_image_ = false;
   StoredImage sent_image_;
   CommandJudge judge_;
+  Parameters staged_;  ///< what the commands of a frame make of the parameters
   GateCounters counters_;
 };
 

@@ -9,7 +9,7 @@ namespace plumb {
 template <class Config>
 const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageView* image) {
   outcome_ = {};
-  for (const Command& command : input.commands) carry_out(command);
+  for (const Command& command : input.commands) obey(command);
   add_samples(input);
   if (waiting_ && estimator_.imu_reaches(waiting_frame_.t_exposure_mid)) {
     waiting_ = false;
@@ -21,7 +21,8 @@ const ImageOutcome& NavJob<Config>::step(const InputFrame& input, const ImageVie
 
 // An image that waits is of the time before, too, and starts the filter as well as any other.
 template <class Config>
-void NavJob<Config>::carry_out(const Command& command) {
+void NavJob<Config>::obey(const Command& command) {
+  if (carry_out(command, parameters_)) use_parameters();
   if (!command.is(CommandId::kReset)) return;
   estimator_.reset();
   tracker_.reset();
@@ -118,8 +119,8 @@ NavStateRecord NavJob<Config>::record() const {
   const NavState& state = estimator_.state();
   return {.state = state,
           .status = {.valid = state.valid,
-                     .mode = mode_at_image(state, modes_),
-                     .reliable_for_s = time_to_unreliable_s(state, drift_, modes_)},
+                     .mode = mode_at_image(state, parameters_.active().modes),
+                     .reliable_for_s = reliable_for_s()},
           .report = estimator_.report(),
           .t_image = t_image_,
           .sequence = image_sequence_,
@@ -128,9 +129,8 @@ NavStateRecord NavJob<Config>::record() const {
 
 template <class Config>
 NavResult NavJob<Config>::result() const {
-  const NavState& state = estimator_.state();
-  return {.state = state,
-          .reliable_for_s = time_to_unreliable_s(state, drift_, modes_),
+  return {.state = estimator_.state(),
+          .reliable_for_s = reliable_for_s(),
           .report = estimator_.report(),
           .estimator = estimator_.counters(),
           .system = counters_,

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "fsw/app/nav_result.h"
-#include "fsw/app/parameters.h"
+#include "fsw/app/parameter_change.h"
 #include "fsw/base/mission_config.h"
 #include "fsw/base/stage_observer.h"
 #include "fsw/base/status.h"
@@ -40,11 +40,18 @@ class NavJob {
   /// `tracker` and `observer` (may be null) must outlive this object.
   NavJob(const Calibration& calibration, const Parameters& parameters, Tracker<Config::kMaxTracks>& tracker,
          StageObserver* observer)
-      : modes_(parameters.modes),
-        drift_(drift_model(parameters.estimator.imu)),
+      : parameters_(parameter_table(), parameters),
         tracker_(tracker),
         observer_(observer),
         estimator_(parameters.estimator, calibration.sensor, observer) {}
+
+  /// As OutputStage::check_parameters().
+  ParamDamage check_parameters() {
+    const ParamDamage damage = parameters_.check();
+    use_parameters();
+    return damage;
+  }
+  const ParameterStore& parameters() const { return parameters_; }
 
   /// The commands, the samples in total order, then the waiting image if the IMU has reached it, then the new image.
   /// `image` belongs to input.camera and is read only during the call (a frame that has to wait is copied). One frame
@@ -67,7 +74,16 @@ class NavJob {
   NavResult result() const;
 
  private:
-  void carry_out(const Command& command);
+  void obey(const Command& command);
+  void use_parameters() {
+    estimator_.use(parameters_.active().estimator);
+    tracker_.use(parameters_.active().tracker);
+  }
+  /// How long the state may be relied on without further aiding.
+  double reliable_for_s() const {
+    const Parameters& parameters = parameters_.active();
+    return time_to_unreliable_s(estimator_.state(), drift_model(parameters.estimator.imu), parameters.modes);
+  }
   void add_samples(const InputFrame& input);
   void accept_image(const InputFrame& input, const ImageView* image);
   void keep_waiting(const CameraFrame& frame);
@@ -77,8 +93,7 @@ class NavJob {
     outcome_.refused = true;
   }
 
-  ModeOptions modes_;
-  DriftModel drift_;
+  ParameterStore parameters_;
   Tracker<Config::kMaxTracks>& tracker_;
   StageObserver* observer_;
   Estimator<Config> estimator_;

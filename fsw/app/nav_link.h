@@ -3,6 +3,7 @@
 
 #include "fsw/app/nav_result.h"
 #include "fsw/app/sensor_rings.h"
+#include "fsw/params/param_store.h"
 
 namespace plumb {
 
@@ -16,7 +17,8 @@ struct NavAnswer {
   bool has_state = false;  ///< false: the image was refused
   std::uint8_t slot = 0;   ///< of the image, free again
   NavResult result;
-  Time t_start;  ///< physical time that the job took, for the account of the schedule
+  ParamDamage damage = ParamDamage::kNone;  ///< of the nav job's parameters, found since the last answer
+  Time t_start;                             ///< physical time that the job took, for the account of the schedule
   Time t_end;
 };
 

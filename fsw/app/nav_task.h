@@ -1,6 +1,9 @@
 #pragma once
 // The nav job beside the ticks: takes the frames in order, answers for each image.
 
+#include <utility>
+
+#include "fsw/app/flight_schedule.h"
 #include "fsw/app/nav_job.h"
 #include "fsw/app/nav_link.h"
 #include "fsw/app/publisher.h"
@@ -41,6 +44,9 @@ class NavTask {
 
   void execute(const NavOrder& order) {
     const Time start = clock_.now();
+    if (kFlightSchedule[kJobHealth].due_in(order.input.tick)) {
+      if (const ParamDamage found = job_.check_parameters(); found != ParamDamage::kNone) damage_ = found;
+    }
     if (order.has_image) {
       slot_ = order.image.slot;
       t_start_ = start;
@@ -50,8 +56,12 @@ class NavTask {
     const ImageOutcome& outcome = job_.step(order.input, order.has_image ? &image : nullptr);
     if (!outcome.processed && !outcome.refused) return;
     const Time end = clock_.now();
-    const NavAnswer answer{
-        .has_state = outcome.processed, .slot = slot_, .result = job_.result(), .t_start = t_start_, .t_end = end};
+    const NavAnswer answer{.has_state = outcome.processed,
+                           .slot = slot_,
+                           .result = job_.result(),
+                           .damage = std::exchange(damage_, ParamDamage::kNone),
+                           .t_start = t_start_,
+                           .t_end = end};
     if (outcome.processed) report(end - start);
     const Status answered = link_.answers.push(answer);
     PLUMB_ASSERT(ok(answered));  // the gate sends no image before it has the answer to the last one
@@ -75,7 +85,8 @@ class NavTask {
   NavJob<Config> job_;
   RecordLog log_;
   Publisher publisher_;
-  std::uint8_t slot_ = 0;  ///< of the image that is not answered for yet
+  ParamDamage damage_ = ParamDamage::kNone;  ///< that the tick task does not know of yet
+  std::uint8_t slot_ = 0;                    ///< of the image that is not answered for yet
   Time t_start_;
 };
 

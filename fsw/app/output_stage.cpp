@@ -8,10 +8,16 @@ namespace plumb {
 
 void OutputStage::step(const InputFrame& input) {
   predicted_.clear();
+  FixedVector<ParameterChange, kMaxCommandsPerFrame> changes;
+  for (const Command& command : input.commands) {
+    if (const auto change = carry_out(command, parameters_)) static_cast<void>(changes.push_back(*change));
+  }
+  if (!changes.empty()) use_parameters();
   SensorTick imu;
   for (const ImuSample& sample : input.imu) {
     ++imu.samples;
-    if (sample.t > input.t || !is_within_limits(sample, options_) || !ok(predictor_.add_imu(sample))) {
+    if (sample.t > input.t || !is_within_limits(sample, parameters_.active().estimator.imu) ||
+        !ok(predictor_.add_imu(sample))) {
       ++imu.refused;
       continue;
     }
@@ -23,7 +29,8 @@ void OutputStage::step(const InputFrame& input) {
         {.t = now.t, .p_WI_m = now.p_WI_m, .v_WI_m_s = now.v_WI_m_s, .q_WI = now.q_WI, .reset_count = now.reset_count});
     PLUMB_ASSERT(ok(kept));  // one per IMU sample of the tick: both have the same capacity
   }
-  monitor_.step(input, {.imu = imu, .t_imu = t_imu_, .state = predictor_.state()});
+  monitor_.step(
+      input, {.imu = imu, .t_imu = t_imu_, .state = predictor_.state(), .changes = {changes.begin(), changes.end()}});
   for (PredictedState& state : predicted_) state.status = status_at(state.t);
   status_ = status_at(input.t);
   if (predicted_.empty() && !status_.valid) {

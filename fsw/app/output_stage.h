@@ -15,12 +15,12 @@ class OutputStage {
   using Predicted = FixedVector<PredictedState, kMaxImuPerFrame>;
 
   explicit OutputStage(const Parameters& parameters)
-      : options_(parameters.estimator.imu),
-        predictor_({.gravity_m_s2 = options_.gravity_m_s2, .max_gap_s = options_.max_gap_s}),
+      : parameters_(parameter_table(), parameters),
+        predictor_(predictor_options(parameters)),
         monitor_(parameters.modes) {}
 
-  /// Carries the output on by the samples of a tick; what came of each is in predicted(). A sample that the estimator
-  /// would refuse, by its values or its stamp, is not used here either.
+  /// Carries the commands of a tick out and the output on by the samples of a tick; what came of each is in
+  /// predicted(). A sample that the estimator would refuse, by its values or its stamp, is not used here either.
   void step(const InputFrame& input);
   /// A tick that is not used: nothing is predicted, nothing told.
   void skip();
@@ -32,13 +32,29 @@ class OutputStage {
   const Predicted& predicted() const { return predicted_; }
   const FlightMonitor::Events& events() const { return monitor_.events(); }
   const OutputPredictor& predictor() const { return predictor_; }
+  const ParameterStore& parameters() const { return parameters_; }
+  /// ParamStore::check(), and all that works with copies of the parameters gets them anew. Changes nothing where memory
+  /// is sound.
+  ParamDamage check_parameters() {
+    const ParamDamage damage = parameters_.check();
+    use_parameters();
+    return damage;
+  }
   /// The output's part and that of the newest result, for the record of health at t.
   HealthRecord health(Time t, const NavResult& result) const;
 
  private:
+  static OutputPredictorOptions predictor_options(const Parameters& parameters) {
+    const ImuOptions& imu = parameters.estimator.imu;
+    return {.gravity_m_s2 = imu.gravity_m_s2, .max_gap_s = imu.max_gap_s};
+  }
+  void use_parameters() {
+    predictor_.use(predictor_options(parameters_.active()));
+    monitor_.use(parameters_.active().modes);
+  }
   NavStatus status_at(Time t) const;
 
-  ImuOptions options_;
+  ParameterStore parameters_;
   OutputPredictor predictor_;
   FlightMonitor monitor_;
   double reliable_for_s_ = 0.0;  ///< from predictor_.corrected_at()

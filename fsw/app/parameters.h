@@ -19,6 +19,8 @@ struct Parameters {
 
 /// Name, unit, range, default and meaning of each option.
 const ParamTable<Parameters>& parameter_table();
+/// ParamTable::crc() of it.
+std::uint32_t parameter_table_crc();
 
 /// What is wrong with values that each are in range but do not fit each other; null when nothing is. What depends on
 /// the image besides stands in TrackerOptions::check.

@@ -1,5 +1,7 @@
 #include "fsw/app/tick_task.h"
 
+#include <utility>
+
 namespace plumb {
 
 void TickTask::run_once() {
@@ -41,6 +43,7 @@ void TickTask::publish() {
   if (gate_.answered()) {
     const NavAnswer& answer = gate_.answer();
     dispatcher_.account(kJobNav, answer.t_start, answer.t_end, [this](const ScheduleFact& fact) { tell(fact); });
+    tell_of_damage(1, answer.damage);
   }
   tell_of_gate();
   answer_commands();
@@ -49,7 +52,12 @@ void TickTask::publish() {
 }
 
 void TickTask::answer_commands() {
+  bool told = false;
   for (const Command& command : gate_.frame().commands) {
+    // Not into the log, where it would be taken for what the flight began with.
+    if (command.is(CommandId::kTellParameters) && !std::exchange(told, true)) {
+      publisher_.publish(channel::kParams, params_record(parameters().active(), FlightConfig::kName));
+    }
     send(channel::kCommandAck, CommandAck{.t = gate_.frame().t, .command = command});
   }
 }
@@ -86,8 +94,16 @@ void TickTask::tell_of_gate() {
   }
 }
 
+void TickTask::tell_of_damage(std::int64_t whose, ParamDamage damage) {
+  if (damage == ParamDamage::kNone) return;
+  tell({.id = EventId::kParametersDamaged,
+        .t = gate_.frame().t,
+        .arguments = {whose, static_cast<std::int64_t>(damage), 0, 0}});
+}
+
 void TickTask::publish_health() {
   const Time t = gate_.frame().t;
+  tell_of_damage(0, output_.check_parameters());
   HealthRecord health = output_.health(t, gate_.answer().result);
   health.system.ticks = tick_;
   send(channel::kNavHealth, health);

@@ -43,8 +43,8 @@ class TickTask {
       : rings_(rings),
         clock_(clock),
         wake_nav_(wake_nav),
-        gate_(rings, link),
         output_(parameters),
+        gate_(rings, link, output_.parameters()),
         log_(log),
         publisher_(telemetry),
         pacer_(clock.now()) {}
@@ -54,6 +54,7 @@ class TickTask {
 
   const InputGate& gate() const { return gate_; }
   const OutputPredictor& predictor() const { return output_.predictor(); }
+  const ParameterStore& parameters() const { return output_.parameters(); }
   const JobAccount& account(FlightJob job) const { return dispatcher_.of(job); }
 
  private:
@@ -72,12 +73,14 @@ class TickTask {
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);
   void tell_of_gate();
+  /// `whose`: of the tick 0, of the nav job 1.
+  void tell_of_damage(std::int64_t whose, ParamDamage damage);
 
   SensorRings& rings_;
   Clock& clock_;
   Clock& wake_nav_;
-  InputGate gate_;
   OutputStage output_;
+  InputGate gate_;
   RecordLog log_;
   Publisher publisher_;
   Dispatcher<kFlightSchedule> dispatcher_;

@@ -49,7 +49,7 @@ double gate_cost(double limit, std::size_t dof) {
   return 2.0 * b > a ? b / (2.0 * b - a) : std::numeric_limits<double>::infinity();
 }
 
-ChiSquareTable::ChiSquareTable(double probability) {
+ChiSquareTable::ChiSquareTable(double probability) : probability_(probability) {
   for (std::size_t i = 0; i < kMaxGateRows; ++i) {
     double low = 0.0;
     double high = 40.0 + 8.0 * static_cast<double>(i + 1);

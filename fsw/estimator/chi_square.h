@@ -24,12 +24,14 @@ class ChiSquareTable {
  public:
   /// Quantiles at `probability` (0 to 1, exclusive) for 1 to kMaxGateRows degrees of freedom.
   explicit ChiSquareTable(double probability);
+  double probability() const { return probability_; }
   /// Precondition: 1 <= dof <= kMaxGateRows.
   double quantile(std::size_t dof) const;
   /// gate_cost() of that gate. Same precondition.
   double cost(std::size_t dof) const;
 
  private:
+  double probability_;
   std::array<double, kMaxGateRows> quantiles_{};
   std::array<double, kMaxGateRows> costs_{};
 };

@@ -37,6 +37,14 @@ class DirectionUpdate {
  public:
   explicit DirectionUpdate(const DirectionOptions& options)
       : noise_rad_{options.sun_noise_rad, options.magnetometer_noise_rad}, gate_(options.gate_probability) {}
+  /// Other options from here on. What waits of a source that is switched off is dropped.
+  void use(const DirectionOptions& options) {
+    noise_rad_ = {options.sun_noise_rad, options.magnetometer_noise_rad};
+    if (options.gate_probability != gate_.probability()) gate_ = ChiSquareTable(options.gate_probability);
+    for (std::size_t i = pending_.size(); i > 0; --i) {
+      if (sigma_rad(pending_[i - 1]) == 0.0) pending_.erase(i - 1);
+    }
+  }
 
   /// Forgets everything: the world's heading is arbitrary again.
   void clear() {

@@ -31,6 +31,16 @@ Estimator<Config>::Estimator(const EstimatorOptions& options, const SensorCalibr
 }
 
 template <class Config>
+void Estimator<Config>::use(const EstimatorOptions& options) {
+  options_ = options;
+  visual_.use(options.vision, options.range.max_features);
+  range_.use(options.range);
+  direction_.use(options.direction);
+  image_stillness_.use(options.start);
+  start_window_.use(options);
+}
+
+template <class Config>
 void Estimator<Config>::reset() {
   clear_state();
   tracks_.clear();

@@ -30,6 +30,9 @@ class Estimator {
 
   Estimator(const EstimatorOptions& options, const SensorCalibration& calibration, StageObserver* observer = nullptr);
 
+  /// Other options from here on. What they say of the start counts at the next one; the state goes on as it is.
+  void use(const EstimatorOptions& options);
+
   /// Back to "initialising". Counters stay; reset_count goes up by one. The IMU buffer is kept.
   void reset();
 

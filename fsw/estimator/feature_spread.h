@@ -13,9 +13,13 @@ namespace plumb {
 
 class FeatureSpread {
  public:
-  FeatureSpread(const VisionOptions& options, const SensorCalibration& calibration)
-      : options_(options), calibration_(calibration) {
+  FeatureSpread(const VisionOptions& options, const SensorCalibration& calibration) : calibration_(calibration) {
+    use(options);
+  }
+  /// Other options from the next clear() on.
+  void use(const VisionOptions& options) {
     PLUMB_ASSERT(static_cast<std::size_t>(options.tiles_x * options.tiles_y) <= kMaxTiles);
+    options_ = options;
   }
 
   /// No features. `depth_m`: where the beam is about to end.

@@ -66,9 +66,6 @@ double median_flow(const StartProblem& problem) {
 
 }  // namespace
 
-MotionStart::MotionStart(const EstimatorOptions& options, const SensorCalibration& calibration)
-    : options_(options), calibration_(calibration), sigma_(options.vision.pixel_noise_px / calibration.focal_px) {}
-
 Result<StartSolution> MotionStart::solve(const StartProblem& problem, const ImuBuffer& imu) {
   const std::size_t features = problem.features.size();
   if (features < kMinFeatures || problem.images.size() < 3) return Status::kIllConditioned;

@@ -60,7 +60,14 @@ struct StartSolution {
 
 class MotionStart {
  public:
-  MotionStart(const EstimatorOptions& options, const SensorCalibration& calibration);
+  MotionStart(const EstimatorOptions& options, const SensorCalibration& calibration) : calibration_(calibration) {
+    use(options);
+  }
+  /// Other options from here on.
+  void use(const EstimatorOptions& options) {
+    options_ = options;
+    sigma_ = options.vision.pixel_noise_px / calibration_.focal_px;
+  }
 
   /// kIllConditioned: too few features or no flow; kRejected: the residuals do not fit. Precondition: the IMU buffer
   /// spans the images.
@@ -108,7 +115,7 @@ class MotionStart {
 
   EstimatorOptions options_;
   SensorCalibration calibration_;
-  double sigma_;
+  double sigma_ = 0.0;  ///< pixel noise in the normalised plane
   std::array<Station, kMaxStartImages> images_;
   std::array<Station, kMaxStartRanges> ranges_;
   MatrixStorage<kMaxUnknowns, kMaxUnknowns> a_;

@@ -20,6 +20,11 @@ class PixelNoise {
  public:
   explicit PixelNoise(const VisionOptions& options) : options_(options) { clear(); }
 
+  /// Other options from here on. Noise that follows the innovations goes on from where it is.
+  void use(const VisionOptions& options) {
+    options_ = options;
+    if (!adapts()) clear();
+  }
   /// Back to what the options say.
   void clear() { sigma_px_ = options_.pixel_noise_px; }
   bool adapts() const { return options_.pixel_noise_images > 0; }

@@ -20,6 +20,12 @@ class RangeUpdate {
 
   explicit RangeUpdate(const RangeOptions& options)
       : options_(options), gate_(options.gate_sigma * options.gate_sigma), gate_cost_(gate_cost(gate_, 1)) {}
+  /// Other options from here on.
+  void use(const RangeOptions& options) {
+    options_ = options;
+    gate_ = options.gate_sigma * options.gate_sigma;
+    gate_cost_ = gate_cost(gate_, 1);
+  }
 
   /// Forgets the facets of a flight that has been reset.
   void clear() { repeats_.clear(); }

@@ -22,6 +22,11 @@ class StartWindow {
 
   StartWindow(const EstimatorOptions& options, const SensorCalibration& calibration)
       : options_(options), motion_start_(options, calibration) {}
+  /// Other options from the next image on.
+  void use(const EstimatorOptions& options) {
+    options_ = options;
+    motion_start_.use(options);
+  }
 
   void clear() { frames_.clear(); }
   /// The images of the window, oldest first; a solution holds at the first.

@@ -39,9 +39,14 @@ template <std::size_t MaxTracks>
 class ImageStillness {
  public:
   ImageStillness(const StartOptions& options, const SensorCalibration& calibration)
-      : limit_(options.still_image_px / calibration.focal_px),
-        window_s_(options.still_window_s),
-        half_size_(calibration.half_fov_x, calibration.half_fov_y) {}
+      : focal_px_(calibration.focal_px), half_size_(calibration.half_fov_x, calibration.half_fov_y) {
+    use(options);
+  }
+  /// Other options from the next image on.
+  void use(const StartOptions& options) {
+    limit_ = options.still_image_px / focal_px_;
+    window_s_ = options.still_window_s;
+  }
 
   void clear() {
     has_reference_ = false;
@@ -98,9 +103,10 @@ class ImageStillness {
     return count;
   }
 
-  double limit_;     ///< of motion, normalised image plane
-  double window_s_;  ///< to be still for
-  Vec2 half_size_;   ///< of the image, normalised
+  double focal_px_;
+  double limit_ = 0.0;     ///< of motion, normalised image plane
+  double window_s_ = 0.0;  ///< to be still for
+  Vec2 half_size_;         ///< of the image, normalised
   FeatureFrame<MaxTracks> reference_;
   std::array<Displacement, MaxTracks> displacements_{};
   bool has_reference_ = false;

@@ -39,6 +39,8 @@ class VisualUpdate {
   Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, bool ranges_tell_scale,
              FrameReport& report, StageObserver* observer);
 
+  /// Other options from the next run() on, with the most features that may be ranged ones.
+  void use(const VisionOptions& options, int max_ranged);
   /// Lets the pixel noise follow the innovations of the last run().
   void follow_noise() {
     noise_.follow();
@@ -110,7 +112,7 @@ class VisualUpdate {
   TrackType* best_for_start(Table& tracks, Passes passes) const;
 
   VisionOptions options_;
-  std::size_t max_ranged_;
+  std::size_t max_ranged_ = 0;
   double focal_px_;
   PixelNoise<Config::kMaxSlamFeatures> noise_;
   double sigma_ = 0.0;  ///< pixel noise in the normalised plane

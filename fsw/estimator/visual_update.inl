@@ -5,14 +5,19 @@ namespace plumb {
 
 template <class Config>
 VisualUpdate<Config>::VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged)
-    : options_(options),
-      max_ranged_(static_cast<std::size_t>(max_ranged)),
-      focal_px_(calibration.focal_px),
-      noise_(options),
-      spread_(options, calibration),
-      gate_(options.gate_probability) {
-  limits_.min_parallax = options.min_parallax_px / calibration.focal_px;
-  ranged_min_parallax_ = options.ranged_min_parallax_px / calibration.focal_px;
+    : focal_px_(calibration.focal_px), noise_(options), spread_(options, calibration), gate_(options.gate_probability) {
+  use(options, max_ranged);
+}
+
+template <class Config>
+void VisualUpdate<Config>::use(const VisionOptions& options, int max_ranged) {
+  options_ = options;
+  max_ranged_ = static_cast<std::size_t>(max_ranged);
+  noise_.use(options);
+  spread_.use(options);
+  if (options.gate_probability != gate_.probability()) gate_ = ChiSquareTable(options.gate_probability);
+  limits_.min_parallax = options.min_parallax_px / focal_px_;
+  ranged_min_parallax_ = options.ranged_min_parallax_px / focal_px_;
   limits_.max_depth_m = options.max_depth_m;
   set_sigma();
 }

@@ -8,8 +8,10 @@
 namespace plumb {
 
 enum class CommandId : std::uint16_t {
-  kPing = 1,   ///< nothing but an answer
-  kReset = 2,  ///< start the filter and the tracker anew; position and yaw begin at zero
+  kPing = 1,            ///< nothing but an answer
+  kReset = 2,           ///< start the filter and the tracker anew; position and yaw begin at zero
+  kSetParameter = 3,    ///< number of the parameter, CRC of the table, value (fsw/app/parameter_change.h)
+  kTellParameters = 4,  ///< every parameter in force
 };
 
 /// Why a command is carried out or not.
@@ -19,6 +21,11 @@ enum class CommandVerdict : std::uint8_t {
   kUnknown,   ///< no command has this id
   kArgument,  ///< an argument that the command does not have, or of a value that it cannot have
   kRepeated,  ///< the same source sent this sequence number last
+  // Of a kSetParameter:
+  kOtherTable,  ///< the sender knows another table of parameters
+  kOutOfRange,  ///< the value, or it is none of its kind
+  kConflict,    ///< it does not fit the values of other parameters (conflict_in())
+  kFixed,       ///< it does not change in flight
 };
 
 inline constexpr std::size_t kCommandArguments = 4;

@@ -82,6 +82,8 @@ class ModeMachine {
   static constexpr std::size_t kMaxResets = 16;
 
   explicit ModeMachine(const ModeOptions& options) : options_(options) {}
+  /// Other options from the next step on.
+  void use(const ModeOptions& options) { options_ = options; }
 
   /// Precondition: time and totals do not go back.
   NavMode step(const ModeFacts& facts);

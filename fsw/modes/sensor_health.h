@@ -84,6 +84,11 @@ struct SensorTick {
 class SensorMonitor {
  public:
   SensorMonitor(const ModeOptions& options, double silence_s) : options_(options), silence_s_(silence_s) {}
+  /// Other options from the next step on.
+  void use(const ModeOptions& options, double silence_s) {
+    options_ = options;
+    silence_s_ = silence_s;
+  }
 
   /// Precondition: time does not go back.
   SensorState step(Time t, const SensorTick& tick);

@@ -3,6 +3,7 @@
 // The default is the member's own initialiser, read when the row is compiled, so that it stands in one place only.
 // A bad value is refused and the old one stays. No heap, no state of its own.
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "fsw/base/crc32.h"
 #include "fsw/base/status.h"
 
 namespace plumb {
@@ -18,6 +20,13 @@ enum class ParamKind : std::uint8_t {
   kReal = 0,
   kInteger,  ///< values must be whole numbers
   kBoolean,  ///< 0 or 1
+};
+
+/// Whether a parameter may be changed while the software runs.
+enum class ParamChange : std::uint8_t {
+  kNever = 0,  ///< it shapes memory or work that is laid out once
+  kAtStart,    ///< yes; it counts when the filter starts anew
+  kInFlight,   ///< yes, at once
 };
 
 /// One parameter of the struct S. Every kind is carried as a double, which holds all of their values exactly.
@@ -30,6 +39,7 @@ struct ParamRow {
   double default_value = 0.0;
   std::string_view description;
   ParamKind kind = ParamKind::kReal;
+  ParamChange change = ParamChange::kNever;
   double (*get)(const S&) = nullptr;
   void (*set)(S&, double) = nullptr;
 };
@@ -62,7 +72,7 @@ constexpr ParamKind kind_of() {
 /// A row for the member reached from S through Path, a chain of pointers to members.
 template <class S, auto... Path>
 consteval ParamRow<S> param(std::string_view name, std::string_view unit, double min, double max,
-                            std::string_view description) {
+                            std::string_view description, ParamChange change = ParamChange::kNever) {
   const S defaults{};
   using T = std::remove_cvref_t<decltype(detail::follow<Path...>(defaults))>;
   const auto value = static_cast<double>(detail::follow<Path...>(defaults));
@@ -74,6 +84,7 @@ consteval ParamRow<S> param(std::string_view name, std::string_view unit, double
           .default_value = value,
           .description = description,
           .kind = detail::kind_of<T>(),
+          .change = change,
           .get = [](const S& s) { return static_cast<double>(detail::follow<Path...>(s)); },
           .set = [](S& s, double v) { detail::follow<Path...>(s) = static_cast<T>(v); }};
 }
@@ -108,6 +119,17 @@ class ParamTable {
       if (row.name == name) return &row;
     }
     return nullptr;
+  }
+
+  /// CRC-32 of all names in their order, each with a zero after it: the number of a row means the same in two tables
+  /// that agree in it.
+  constexpr std::uint32_t crc() const {
+    std::uint32_t crc = 0;
+    for (const ParamRow<S>& row : rows_) {
+      for (const char letter : row.name) crc = crc32(std::array{static_cast<std::uint8_t>(letter)}, crc);
+      crc = crc32(std::array{std::uint8_t{0}}, crc);
+    }
+    return crc;
   }
 
   /// Writes one value. kInvalidValue, and nothing changed, for an unknown name, a value that is not finite or outside

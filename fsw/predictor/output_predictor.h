@@ -51,6 +51,8 @@ class OutputPredictor {
   static constexpr std::size_t kMaxSamples = 1024;
 
   explicit OutputPredictor(const OutputPredictorOptions& options) : options_(options) {}
+  /// Other options from the next sample on.
+  void use(const OutputPredictorOptions& options) { options_ = options; }
 
   /// Keeps the sample and steps the output to it. kOutOfOrder or kInvalidValue: counted, not used.
   Status add_imu(const ImuSample& sample);

@@ -70,7 +70,7 @@ bool take_commands(const input_frame_t& message, InputFrame& frame) {
   frame.commands.resize(static_cast<std::size_t>(message.command_count));
   for (std::size_t i = 0; i < frame.commands.size(); ++i) {
     const command_record_t& record = message.commands[i];
-    if (!is_enum(record.verdict, CommandVerdict::kRepeated)) return false;
+    if (!is_enum(record.verdict, CommandVerdict::kFixed)) return false;
     Command& command = frame.commands[i];
     command.source = static_cast<std::uint32_t>(record.source);
     command.sequence = static_cast<std::uint32_t>(record.sequence);

@@ -2,6 +2,7 @@
 // The tracker's logic, which is the same whoever works on the pixels (Kernels, see image_kernels.h): prediction,
 // checks, outlier rejection, quotas and the track table.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +45,20 @@ class FeatureTracker final : public Tracker<MaxTracks> {
 
   [[nodiscard]] Status track(const CameraFrame& frame, const MotionPrediction& motion,
                              FeatureFrame<MaxTracks>& out) override;
+  /// Only options that nothing has been laid out by: what the others say stays.
+  void use(const TrackerOptions& options) override {
+    options_.forward_backward_px = options.forward_backward_px;
+    options_.max_residual = options.max_residual;
+    options_.min_similarity = options.min_similarity;
+    options_.max_correction_px = options.max_correction_px;
+    options_.outlier_px = options.outlier_px;
+    ransac_.set_threshold_rad(options.outlier_px / camera_.focal_px());
+    options_.fast_threshold_min = options.fast_threshold_min;
+    options_.fast_threshold_max = options.fast_threshold_max;
+    for (std::int32_t& threshold : fast_threshold_) {
+      threshold = std::clamp(threshold, options.fast_threshold_min, options.fast_threshold_max);
+    }
+  }
   void reset() override;
   const TrackerReport& report() const { return report_; }
 

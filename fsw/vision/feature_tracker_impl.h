@@ -1,6 +1,7 @@
 #pragma once
 // Definitions of FeatureTracker, for the source files that instantiate it.
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/math/exact.h"
@@ -48,10 +49,8 @@ void FeatureTracker<MaxTracks, Kernels>::reset() {
   }
   kernels_.forget();
   ransac_.reset();
-  fast_threshold_.fill(tracker_detail::kFirstThreshold < options_.fast_threshold_min ? options_.fast_threshold_min
-                       : tracker_detail::kFirstThreshold > options_.fast_threshold_max
-                           ? options_.fast_threshold_max
-                           : tracker_detail::kFirstThreshold);
+  fast_threshold_.fill(
+      std::clamp(tracker_detail::kFirstThreshold, options_.fast_threshold_min, options_.fast_threshold_max));
   report_ = TrackerReport{};
   last_t_ = Time::never();
   last_interval_s_ = 0.0;

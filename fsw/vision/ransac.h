@@ -68,6 +68,7 @@ class TwoViewRansac {
   };
 
   explicit TwoViewRansac(const RansacOptions& options) : options_(options), generator_(options.seed) {}
+  void set_threshold_rad(double threshold_rad) { options_.threshold_rad = threshold_rad; }
   /// Starts again as if new.
   void reset() { generator_ = Pcg32(options_.seed); }
 

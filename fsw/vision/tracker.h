@@ -6,6 +6,7 @@
 #include "fsw/math/so3.h"
 #include "fsw/measurement/samples.h"
 #include "fsw/vision/feature_frame.h"
+#include "fsw/vision/tracker_options.h"
 
 namespace plumb {
 
@@ -30,6 +31,8 @@ class Tracker {
   /// keeps its state. An image without texture is not a failure: `out` is then empty.
   [[nodiscard]] virtual Status track(const CameraFrame& frame, const MotionPrediction& motion,
                                      FeatureFrame<MaxTracks>& out) = 0;
+  /// Other options from the next image on, of those that may be changed in flight.
+  virtual void use(const TrackerOptions& options) = 0;
   /// Forgets every track and image. Track ids go on counting, so none is ever used twice.
   virtual void reset() = 0;
 

@@ -5,30 +5,13 @@
 
 #include <array>
 
-#include "fsw/base/crc32.h"
-#include "fsw/telemetry/lcm_codec.h"
-#include "plumb_lcm/plumb/command_t.hpp"
+#include "test/faults/command_faults.h"
 
 namespace plumb::faults {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kSecond = 1'000'000'000;
-
-/// A command_t as tools/command sends it; with a checksum that does not fit when `damaged`.
-void send(World& world, int sequence, int id, double argument = 0.0, bool damaged = false) {
-  command_t message{};
-  message.source = 7;
-  message.sequence = sequence;
-  message.id = static_cast<std::int16_t>(id);
-  message.arguments[0] = argument;
-  std::array<std::uint8_t, 128> bytes{};
-  const std::size_t size = write(message, MessageBuffer(bytes)).value();
-  const std::uint32_t crc = crc32(MessageBytes(bytes.data(), size - sizeof message.crc));
-  message.crc = static_cast<std::int32_t>(damaged ? ~crc : crc);
-  static_cast<void>(write(message, MessageBuffer(bytes)));
-  world.send_command(MessageBytes(bytes.data(), size));
-}
 
 /// A start in the air: the mode climbs as images and ranges prove the state. Until the scale is known well, features
 /// wait for it (docs/decisions.md), and where the vehicle slows down meanwhile no range is of use for a while. So the
@@ -327,37 +310,12 @@ void add_host_faults(std::vector<Fault>& rows) {
                   [](World& w) { w.host().log_hangs = true; },
                   [](World& w) { w.host().log_hangs = false; },
                   {.same_states = true, .whole_log = false}});
-  rows.push_back({"bad-commands",
-                  "commands with a wrong checksum, an unknown id, an argument, and one twice",
-                  10,
-                  10,
-                  [](World& w) {
-                    send(w, 1, 2, 0.0, true);
-                    send(w, 2, 77);
-                    send(w, 3, 2, 1.0);
-                    send(w, 4, 1);
-                    send(w, 4, 1);
-                    constexpr std::array<std::uint8_t, 3> kNoCommand{1, 2, 3};
-                    w.send_command(kNoCommand);
-                  },
-                  nullptr,
-                  {.events = {"command refused: checksum", "command refused: no such command",
-                              "command refused: argument", "command refused: repeated", "command accepted"},
-                   .same_states = true}});
-  rows.push_back({"command-flood",
-                  "1000 commands at once",
-                  10,
-                  10,
-                  [](World& w) {
-                    for (int i = 1; i <= 1000; ++i) send(w, i, 1);
-                  },
-                  nullptr,
-                  {.events = {"command accepted"}, .same_states = true}});
+  add_command_faults(rows);
   rows.push_back({"reset-commanded",
                   "a reset is commanded in the air",
                   10,
                   10,
-                  [](World& w) { send(w, 1, 2); },
+                  [](World& w) { send_command(w, 1, CommandId::kReset); },
                   nullptr,
                   {.modes = restarted({"range-VIO"}),
                    .events = {"command accepted", "filter reset"},

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "fsw/app/flight_schedule.h"
+#include "fsw/app/parameters.h"
 #include "fsw/events/event.h"
 #include "fsw/measurement/command.h"
 #include "fsw/modes/mode_machine.h"
@@ -33,8 +34,10 @@ std::string name_in(const Table& table, std::int64_t state) {
 }
 
 std::string words_of(const event_t& event) {
-  constexpr std::array<const char*, 5> kVerdicts{"accepted", "refused: checksum", "refused: no such command",
-                                                 "refused: argument", "refused: repeated"};
+  constexpr std::array<const char*, 9> kVerdicts{"accepted",          "refused: checksum", "refused: no such command",
+                                                 "refused: argument", "refused: repeated", "refused: other table",
+                                                 "refused: range",    "refused: conflict", "refused: not in flight"};
+  constexpr std::array<const char*, 5> kDamages{"sound", "mended", "standby mended", "checksum mended", "lost"};
   const auto job = [&event] { return std::string(kFlightSchedule[static_cast<std::size_t>(event.arguments[0])].name); };
   switch (static_cast<EventId>(event.id)) {
     case EventId::kJobOverrun: return "overrun of " + job();
@@ -42,11 +45,16 @@ std::string words_of(const event_t& event) {
     case EventId::kResultLate: return "result late";
     case EventId::kImageSkipped: return "image skipped";
     case EventId::kNavMissed: return "frame that nav missed";
+    case EventId::kParametersDamaged:
+      return std::string(event.arguments[0] == 0 ? "tick" : "nav") + " parameters " +
+             kDamages[static_cast<std::size_t>(event.arguments[1])];
     case EventId::kModeChanged: return "mode " + name_in(kModeTable, event.arguments[1]);
     case EventId::kSensorChanged:
       return std::string(kSensorNames[static_cast<std::size_t>(event.arguments[0])]) + " " +
              name_in(kSensorTable, event.arguments[2]);
     case EventId::kFilterReset: return "filter reset";
+    case EventId::kParameterSet:
+      return std::string(parameter_table().rows()[static_cast<std::size_t>(event.arguments[0])].name) + " set";
     case EventId::kCommand: return std::string("command ") + kVerdicts[static_cast<std::size_t>(event.arguments[3])];
   }
   return "event " + std::to_string(event.id);

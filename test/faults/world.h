@@ -55,6 +55,9 @@ class World {
   std::int64_t now_ns() const { return t_ns_; }
   /// The flight clock goes ahead of the world by that much.
   void step_clock(std::int64_t step_ns);
+  /// What the tick task and the nav job hold in force, for memory that fails.
+  ParameterStore& tick_parameters() { return const_cast<ParameterStore&>(tick_.parameters()); }
+  ParameterStore& nav_parameters() { return const_cast<ParameterStore&>(nav_->job().parameters()); }
   /// Bytes on channel COMMAND.
   void send_command(std::span<const std::uint8_t> message);
 
@@ -94,6 +97,7 @@ class World {
     SlowTracker(World& world, FlightTracker<FlightConfig>& tracker) : world_(world), tracker_(tracker) {}
     Status track(const CameraFrame& frame, const MotionPrediction& motion,
                  FeatureFrame<FlightConfig::kMaxTracks>& out) override;
+    void use(const TrackerOptions& options) override { tracker_.use(options); }
     void reset() override { tracker_.reset(); }
 
    private:

@@ -123,13 +123,23 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   };
   ProgramOutput ping;
   ProgramOutput reset;
+  ProgramOutput set;
+  ProgramOutput refused;
+  ProgramOutput get;
   const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&] {
     ping = command("ping");
     reset = command("reset");
+    set = command("set range.gate_sigma 3 --program " PLUMB_REPLAY);
+    refused = command("set range.min_range 99 --program " PLUMB_REPLAY);
+    get = command("get range.gate_sigma");
   });
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_EQ(ping.exit_status, 0) << ping.text;
   EXPECT_EQ(reset.exit_status, 0) << reset.text;
+  EXPECT_EQ(set.exit_status, 0) << set.text;
+  EXPECT_EQ(refused.exit_status >> 8, 1) << refused.text;
+  EXPECT_NE(refused.text.find("conflict"), std::string::npos) << refused.text;
+  EXPECT_EQ(get.text, "range.gate_sigma 3\n");
   expect_equal_replays(folder.path());
   const ProgramOutput replay =
       output_of(std::string(PLUMB_REPLAY) + " --log " + (folder.path() / "flight.lcm").string() + " 2>&1");

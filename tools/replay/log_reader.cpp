@@ -141,6 +141,11 @@ class LogSource final : public Source {
       fail("channel INPUT_FRAME: tick at " + std::to_string(input.t.ns()) + " ns is not after the one before");
     }
     t_last_tick_ = input.t;
+    for (const Command& command : input.commands) {
+      if (command.is(CommandId::kSetParameter) && !is_of_this_table(command)) {
+        fail("channel INPUT_FRAME: sets a parameter of another table; expected a log of this version's parameters");
+      }
+    }
   }
 
   void read_params() {

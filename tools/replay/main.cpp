@@ -52,13 +52,23 @@ struct Arguments {
   FlightOptions flight;
 };
 
+/// When a change in flight counts.
+const char* words_of(ParamChange change) {
+  switch (change) {
+    case ParamChange::kNever: return "never";
+    case ParamChange::kAtStart: return "at the next start";
+    case ParamChange::kInFlight: return "at once";
+  }
+  return "";
+}
+
 void list_parameters() {
   for (const ParamRow<Parameters>& row : parameter_table().rows()) {
     const std::string name(row.name);
     const std::string unit(row.unit);
     const std::string description(row.description);
-    std::printf("%-30s %-10g [%g, %g] %s: %s\n", name.c_str(), row.default_value, row.min, row.max, unit.c_str(),
-                description.c_str());
+    std::printf("%-30s %-10g [%g, %g] %s, %s: %s\n", name.c_str(), row.default_value, row.min, row.max, unit.c_str(),
+                words_of(row.change), description.c_str());
   }
 }
 
@@ -84,7 +94,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->check(named);
   app.add_option("--lcm", arguments.lcm_url, "publish over LCM, for example udpm://239.255.76.67:7667?ttl=0")
       ->check(named);
-  app.add_flag("--list-params", arguments.list_parameters, "print every parameter with default, range and unit");
+  app.add_flag("--list-params", arguments.list_parameters,
+               "print every parameter with default, range, unit and when a change in flight counts");
 }
 
 // Collects what the output files need.

@@ -1,10 +1,11 @@
 """tools/command: what it sends, and what it says when nobody answers."""
 
 import zlib
+from pathlib import Path
 
 import pytest
 
-from plumb_tools import command
+from plumb_tools import command, parameter_table
 from plumb_tools.message_types import types
 
 
@@ -27,3 +28,61 @@ def test_a_command_that_does_not_exist_is_named(capsys: pytest.CaptureFixture[st
 def test_a_url_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert command.main(["ping", "--lcm", "nonsense://x"]) == 2
     assert "nonsense://x" in capsys.readouterr().err
+
+
+LINES = """\
+range.gate_sigma               2          [1.5, 100] 1, at once: Mahalanobis gate of a range
+range.max_range                40         [0.1, 10000] m, at once: longer ranges are invalid
+imu.gravity                    9.80665    [0.1, 30] m/s^2, never: local gravity
+"""
+
+
+@pytest.fixture(name="program")
+def fixture_program(tmp_path: Path) -> Path:
+    """Something that lists three parameters."""
+    path = tmp_path / "plumb-replay"
+    path.write_text(f"#!/bin/sh\ncat <<'END'\n{LINES}END\n")
+    path.chmod(0o755)
+    return path
+
+
+def test_a_parameter_is_named_by_its_place_in_the_table(program: Path) -> None:
+    rows = parameter_table.read(program)
+    number, table, value, unused = command.arguments_to_set("range.max_range", "80", rows)
+    assert (number, value, unused) == (1.0, 80.0, 0.0)
+    assert table == zlib.crc32(b"range.gate_sigma\0range.max_range\0imu.gravity\0")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("range.gate", "3", ["no parameter 'range.gate'", "did you mean range.gate_sigma"]),
+        ("xyz", "3", ["no parameter 'xyz'", "tools/command list"]),
+        ("range.max_range", "0", ["range.max_range: '0' refused", "0.1 to 10000 m"]),
+        ("range.max_range", "nan", ["'nan' refused", "0.1 to 10000 m"]),
+        ("range.gate_sigma", "wide", ["'wide' refused", "1.5 to 100"]),
+        ("imu.gravity", "9.8", ["imu.gravity does not change in flight"]),
+    ],
+)
+def test_what_would_be_refused_is_not_sent(
+    name: str, value: str, said: list[str], program: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command.main(["set", name, value, "--program", str(program)]) == 2
+    told = capsys.readouterr().err
+    for words in said:
+        assert words in told
+
+
+def test_a_program_that_is_not_built_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(["set", "range.gate_sigma", "3", "--program", str(tmp_path / "none")]) == 2
+    told = capsys.readouterr().err
+    assert str(tmp_path / "none") in told and "cmake --build" in told
+
+
+def test_the_table_of_the_flight_software_is_read_whole() -> None:
+    if not parameter_table.PROGRAM.is_file():
+        pytest.skip("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
+    rows = parameter_table.read()
+    assert {row.change for row in rows} == {"at once", "at the next start", "never"}
+    for row in rows:
+        assert float(row.low) <= float(row.default) <= float(row.high)

@@ -31,6 +31,7 @@ class SimTracker : public Tracker<MaxTracks> {
     return Status::kOk;
   }
 
+  void use(const plumb::TrackerOptions&) override {}
   void reset() override {
     landmarks_.reset();
     last_t_ = Time::never();

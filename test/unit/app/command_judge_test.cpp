@@ -10,7 +10,8 @@ namespace {
 constexpr auto kReset = static_cast<std::uint16_t>(CommandId::kReset);
 
 CommandVerdict verdict_of(CommandJudge& judge, Command command) {
-  judge.judge(command);
+  Parameters staged;
+  judge.judge(command, staged);
   return command.verdict;
 }
 

@@ -40,7 +40,7 @@ class AnyFlight {
     input_.commands.clear();
     if (g_.integer(0, 50) == 0) {
       Command command{.source = 1, .sequence = static_cast<std::uint32_t>(g_.bits()), .id = 2};
-      command.verdict = static_cast<CommandVerdict>(g_.integer(0, 4));
+      command.verdict = static_cast<CommandVerdict>(g_.integer(0, 8));
       ASSERT_EQ(input_.commands.push_back(command), Status::kOk);
     }
     monitor.step(input_, {.imu = imu, .t_imu = t_imu_, .state = result_.state});

@@ -51,7 +51,8 @@ class InputGateTest : public ::testing::Test {
   bool takes_orders_ = true;
   std::unique_ptr<SensorRings> rings_ = std::make_unique<SensorRings>();
   std::unique_ptr<NavLink> link_ = std::make_unique<NavLink>();
-  InputGate gate_{*rings_, *link_};
+  ParameterStore parameters_{parameter_table(), {}};
+  InputGate gate_{*rings_, *link_, parameters_};
   StoredImage at_work_;
 };
 
@@ -158,6 +159,31 @@ TEST_F(InputGateTest, JudgesCommandsAndBringsThemInTheirOrder) {
   EXPECT_TRUE(tick().commands.empty());
 }
 
+// The second of a frame is judged by what the first leaves: alone, neither a far minimum nor a near maximum fits.
+TEST_F(InputGateTest, JudgesParametersOfOneFrameOneAfterTheOther) {
+  const auto set = [this](std::uint32_t sequence, const char* name, double value) {
+    const auto rows = parameter_table().rows();
+    const auto number = static_cast<double>(parameter_table().find(name) - rows.data());
+    const Command command{.sequence = sequence,
+                          .id = static_cast<std::uint16_t>(CommandId::kSetParameter),
+                          .arguments = {number, static_cast<double>(parameter_table_crc()), value, 0.0}};
+    ASSERT_EQ(rings_->commands.push(command), Status::kOk);
+  };
+  const double far_m = 2.0 * Parameters{}.estimator.range.max_range_m;
+  set(1, "range.min_range", far_m);
+  set(2, "range.max_range", 2.0 * far_m);
+  set(3, "range.min_range", far_m);
+  set(4, "range.max_range", far_m);
+  ASSERT_EQ(tick().commands.size(), 4U);
+  EXPECT_EQ(gate_.frame().commands[0].verdict, CommandVerdict::kConflict);
+  EXPECT_EQ(gate_.frame().commands[1].verdict, CommandVerdict::kAccepted);
+  EXPECT_EQ(gate_.frame().commands[2].verdict, CommandVerdict::kAccepted) << "fits what the frame has set so far";
+  EXPECT_EQ(gate_.frame().commands[3].verdict, CommandVerdict::kConflict);
+  set(5, "range.min_range", far_m);
+  ASSERT_EQ(tick().commands.size(), 1U);
+  EXPECT_EQ(gate_.frame().commands[0].verdict, CommandVerdict::kConflict) << "nobody has put them in force";
+}
+
 TEST_F(InputGateTest, ACommandWaitsForAFrameThatTheNavJobGets) {
   takes_orders_ = false;
   while (!link_->orders.full()) tick();
@@ -182,7 +208,7 @@ TEST_F(InputGateTest, LosesNoImageAndNoSlotWhateverComesWhen) {
   test::for_all(50, [this](test::Generator& g) {
     rings_ = std::make_unique<SensorRings>();
     link_ = std::make_unique<NavLink>();
-    InputGate gate(*rings_, *link_);
+    InputGate gate(*rings_, *link_, parameters_);
     std::uint32_t offered = 0;
     std::uint32_t sent = 0;
     std::uint32_t skipped = 0;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -26,7 +27,10 @@ class RecordingTracker final : public Tracker<PaperConfig::kMaxTracks> {
     out.observations.clear();
     return answer;
   }
+  void use(const TrackerOptions& options) override { used = options; }
   void reset() override {}
+
+  TrackerOptions used;
 
   Status answer = Status::kOk;
   std::vector<std::uint32_t> sequences;
@@ -304,6 +308,58 @@ TEST_F(NavSystemTest, AResetIsCarriedOutWhenItIsAcceptedAndOnlyThen) {
   EXPECT_EQ(system_->estimator().state().reset_count, 1U);
   EXPECT_EQ(system_->counters().commanded_resets, 1U);
   EXPECT_EQ(system_->estimator().counters().resets, 1U);
+}
+
+Command set(const char* name, double value) {
+  const auto number = static_cast<double>(parameter_table().find(name) - parameter_table().rows().data());
+  return {.id = static_cast<std::uint16_t>(CommandId::kSetParameter),
+          .arguments = {number, static_cast<double>(parameter_table_crc()), value, 0.0}};
+}
+
+TEST_F(NavSystemTest, ATimeOutThatIsSetCountsForTheModeAtOnce) {
+  constexpr double kTimeout_s = 0.05;
+  start_with_a_state();
+  InputFrame input = tick(5, 20'000'000);
+  add_camera(input, 20'000'000, 1);
+  system_->step(input, &image_);
+  for (std::int64_t number = 6; system_->health().status.mode != NavMode::kFailed; ++number) {
+    ASSERT_LT(static_cast<double>(number * kTick_ns - 20'000'000) * 1e-9, kTimeout_s + 2e-9 * kTick_ns);
+    input = {};
+    input.tick = static_cast<std::uint64_t>(number);
+    input.t = Time::from_ns(number * kTick_ns);
+    if (number == 6) {
+      ASSERT_EQ(input.commands.push_back(set("modes.imu_timeout", kTimeout_s)), Status::kOk);
+    }
+    system_->step(input, nullptr);
+  }
+  EXPECT_GT((input.t - Time::from_ns(20'000'000)).seconds(), kTimeout_s);
+}
+
+TEST_F(NavSystemTest, AParameterIsInForceEverywhereFromItsFrameOnAndIsTold) {
+  InputFrame input = tick(5, 20'000'000);
+  ASSERT_EQ(input.commands.push_back(set("tracker.outlier", 0.9)), Status::kOk);
+  ASSERT_EQ(input.commands.push_back(set("imu.max_accel", 20.0)), Status::kOk);
+  ASSERT_EQ(input.commands.push_back(set("imu.max_accel", 30.0)), Status::kOk);
+  ASSERT_EQ(input.commands.push_back(set("modes.horizon", 7.0)), Status::kOk);
+  input.commands[3].verdict = CommandVerdict::kRepeated;
+  input.imu[0].accel_m_s2[2] = 29.0;  // by the new limit, of the same frame
+  input.imu[1].accel_m_s2[2] = 31.0;
+  const NavTick& done = system_->step(input, nullptr);
+  EXPECT_EQ(system_->estimator().counters().imu_invalid, 1U);
+  EXPECT_EQ(system_->predictor().counters().refused_samples, 0U);
+  EXPECT_EQ(tracker_.used.outlier_px, 0.9);
+  EXPECT_EQ(system_->job().parameters().active().modes.horizon_s, ModeOptions{}.horizon_s);
+  std::vector<Event> told;
+  for (const Event& event : done.events) {
+    if (event.id == EventId::kParameterSet) told.push_back(event);
+  }
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(std::bit_cast<double>(told[0].arguments[1]), TrackerOptions{}.outlier_px);
+  EXPECT_EQ(std::bit_cast<double>(told[0].arguments[2]), 0.9);
+  EXPECT_EQ(told[1].arguments[0], parameter_table().find("imu.max_accel") - parameter_table().rows().data());
+  EXPECT_EQ(std::bit_cast<double>(told[2].arguments[1]), 20.0) << "in their order";
+  EXPECT_EQ(std::bit_cast<double>(told[2].arguments[2]), 30.0);
+  EXPECT_EQ(told[2].arguments[3], parameter_table_crc());
 }
 
 TEST_F(NavSystemTest, AnImageThatWasSkippedInFlightIsSkippedAgain) {

@@ -306,9 +306,9 @@ TEST(Messages, CountsOutOfRangeAreRefused) {
   message.command_count = static_cast<std::int32_t>(kMaxCommandsPerFrame) + 1;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.command_count = 1;
-  message.commands[0].verdict = 5;
+  message.commands[0].verdict = 9;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
-  message.commands[0].verdict = 4;
+  message.commands[0].verdict = 8;
   message.has_camera = 2;
   EXPECT_EQ(decode_changed(), Status::kInvalidValue);
   message.has_camera = 1;

@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from plumb_tools import message_types
+from plumb_tools import message_types, parameter_table
 from plumb_tools.interface import lcm_types
 from plumb_tools.interface.lcm_types import FINGERPRINT_BYTES, Struct
 from plumb_tools.message_types import types
@@ -35,11 +35,11 @@ _PARAMETERS_HEAD = """\
 ## Parameters
 
 In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A
-value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes.
+value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes. *Changes* says when one counts that is
+[set in flight](executive.md#parameters-in-flight), by its number and the table's CRC, `0x{crc:08x}`.
 """
 
 _ENUMERATOR = re.compile(r"k(\w+)(?: = (\d+))?,\s*(?:///<\s*(.*))?")
-_PARAMETER = re.compile(r"(\S+) +(\S+) +\[(\S+), (\S+)\] (.+?): (.+)")
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
@@ -130,14 +130,14 @@ def _modes() -> Iterator[str]:
 
 
 def _parameters() -> Iterator[str]:
-    lines = _output_of("plumb-replay", "--list-params").splitlines()
-    rows = [match.groups() for line in lines if (match := _PARAMETER.fullmatch(line))]
-    if len(rows) != len(lines) or not rows:
-        raise InputError(f"{PROGRAMS / 'plumb-replay'} --list-params: a line is no parameter; is it of this version?")
-    yield _PARAMETERS_HEAD
+    rows = parameter_table.read(PROGRAMS / "plumb-replay")
+    yield _PARAMETERS_HEAD.format(crc=parameter_table.checksum(row.name for row in rows))
     yield _table(
-        ("parameter", "default", "from", "to", "unit", "what"),
-        ((f"`{name}`", default, low, high, unit, what) for name, default, low, high, unit, what in rows),
+        ("number", "parameter", "default", "from", "to", "unit", "changes", "what"),
+        (
+            (number, f"`{row.name}`", row.default, row.low, row.high, row.unit, row.change, row.what)
+            for number, row in enumerate(rows)
+        ),
     )
 
 

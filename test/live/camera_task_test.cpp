@@ -1,0 +1,60 @@
+// The thread that takes images, beside a camera daemon on a real Unix socket.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+#include "hal/linux/frame_socket.h"
+#include "hal/linux/linux_clock.h"
+#include "process/device_tasks.h"
+#include "test/emulators/ov7251/camera_daemon.h"
+#include "test/support/temporary_folder.h"
+
+namespace plumb::test {
+namespace {
+
+class NoLog final : public LogSink {
+ public:
+  Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
+};
+
+// Kalibr's shift is added to a stamp, whoever worked out the middle of the exposure: the driver of the sensor or, for a
+// camera that does as it likes, this thread.
+TEST(CameraTask, StampsImagesByTheClockOfTheImu) {
+  for (const bool is_ov7251 : {false, true}) {
+    SCOPED_TRACE(is_ov7251);
+    const TemporaryFolder folder;
+    const std::string path = (folder.path() / "camera").string();
+    emulator::CameraDaemon daemon(path);
+    std::string error;
+    const std::unique_ptr<FrameSocket> port = FrameSocket::open(path, error);
+    ASSERT_NE(port, nullptr) << error;
+    CameraSetup setup;
+    setup.is_ov7251 = is_ov7251;
+    setup.shift = Duration::from_us(-4250);
+    const CameraCalibration camera{.width = 640, .height = 480};
+    const auto rings = std::make_unique<SensorRings>();
+    LinuxClock clock;
+    NoLog log;
+    CameraTask task(*port, setup, camera, *rings, clock, log);
+    StoredImage image;
+    constexpr int kMostTurns = 400;  // of 50 ms at most
+    for (int i = 0; i < kMostTurns && !rings->images.pop(image); ++i) task.run_once();
+    const auto sent = daemon.sent();
+    const std::uint8_t* const pixels = rings->pixels[image.slot].data();
+    const auto found = std::find_if(sent.begin(), sent.end(), [pixels](const emulator::Ov7251Image& candidate) {
+      const auto grey = as_grey(candidate);
+      return std::equal(grey.begin(), grey.end(), pixels);
+    });
+    ASSERT_NE(found, sent.end());
+    // The readout of a camera that is none in particular is not known here.
+    const std::int64_t readout_ns = is_ov7251 ? 0 : found->end_of_frame_ns - found->end_of_exposure_ns;
+    const Time expected = Time::from_ns(found->middle_ns() + readout_ns) + setup.shift;
+    EXPECT_LE(std::abs((image.reference.t_exposure_mid - expected).ns()), emulator::Ov7251Emulator::kLine_ns);
+  }
+}
+
+}  // namespace
+}  // namespace plumb::test
