@@ -82,9 +82,17 @@ def functions_of(lines: Iterable[str], images: int, least: float) -> str:
 
 
 def count(
-    build: Path, recording: Path, config: str, images: int | None, least: float | None = None
+    build: Path,
+    recording: Path,
+    config: str,
+    images: int | None,
+    least: float | None = None,
+    trajectory: Path | None = None,
 ) -> tuple[np.ndarray, str]:
-    """One row per image that the running filter processed, one column per region; and, if asked, the functions."""
+    """One row per image that the running filter processed, one column per region; and, if asked, the functions.
+
+    The poses of the flight are written to `trajectory`, a TUM file.
+    """
     command = [str(build / "bin/plumb-instruction-budget"), str(recording), config]
     if images is not None:
         command.append(str(images))
@@ -97,7 +105,10 @@ def count(
         with trace.open() as lines:
             costs = [list(image.values()) for image in images_of(lines)]
         functions = "" if least is None else functions_of(by_function.read_text().splitlines(), len(costs), least)
-    valid = [line.split()[1] == "1" for line in out.splitlines()]
+    states = [line.split(maxsplit=1) for line in out.splitlines()]
+    valid = [flag == "1" for flag, _ in states]
+    if trajectory is not None:
+        trajectory.write_text("".join(f"{pose}\n" for flag, pose in states if flag == "1"), encoding="utf-8")
     # The image that the filter starts with is judged by other means than those that follow.
     running = [now and before for now, before in zip(valid, [False, *valid[:-1]], strict=True)]
     return np.array(costs)[np.array(running)], functions

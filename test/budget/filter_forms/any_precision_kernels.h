@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 
 namespace plumb::budget {
 
@@ -222,6 +223,7 @@ inline void reflect(T* r, Rows<T> b, std::size_t rows, const T* v, T v0, T scale
 /// `width` are carried along. b is zero left of `begin` and is destroyed. At most kMaxFold rows in b.
 template <typename T>
 void fold(Rows<T> r, Rows<T> b, std::size_t rows, std::size_t begin, std::size_t columns, std::size_t width) {
+  constexpr T kNothing = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();  // its square underflows
   T v[kMaxFold];
   for (std::size_t k = begin; k < columns; ++k) {
     T tail = 0;
@@ -229,7 +231,10 @@ void fold(Rows<T> r, Rows<T> b, std::size_t rows, std::size_t begin, std::size_t
       v[i] = b[i][k];
       tail += v[i] * v[i];
     }
-    if (tail == 0) continue;
+    if (tail < kNothing) {
+      for (std::size_t i = 0; i < rows; ++i) b[i][k] = 0;
+      continue;
+    }
     T* rk = r[k];
     const T norm = std::sqrt(rk[k] * rk[k] + tail);
     const T alpha = rk[k] > 0 ? -norm : norm;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "test/budget/filter_forms/covariance_forms.h"
+#include "test/budget/instruction_mark.h"
 
 namespace plumb::budget {
 
@@ -47,6 +48,8 @@ class Contestant {
   /// Repeats the operations of one image, `rounds` times for the time. The record grows if the image `counts`.
   virtual void repeat(const std::vector<Operation<double>>& operations, const ReferenceImage& reference, int rounds,
                       bool counts) = 0;
+  /// Repeats them once, between marks with this number.
+  virtual void count(const std::vector<Operation<double>>& operations, std::uint8_t number) = 0;
   virtual Table<long double> covariance() const = 0;
   const Record& record() const { return record_; }
 
@@ -63,10 +66,16 @@ class FormContestant final : public Contestant {
   const std::string& name() const override { return name_; }
   Table<long double> covariance() const override { return form_->covariance(); }
 
+  void count(const std::vector<Operation<double>>& operations, std::uint8_t number) override {
+    const std::vector<Operation<Number>> own = in_own_numbers(operations);
+    begin(number);
+    for (const Operation<Number>& operation : own) static_cast<void>(form_->apply(operation));
+    end(number);
+  }
+
   void repeat(const std::vector<Operation<double>>& operations, const ReferenceImage& reference, int rounds,
               bool counts) override {
-    std::vector<Operation<Number>> own;
-    for (const Operation<double>& operation : operations) own.push_back(operation.template cast<Number>());
+    const std::vector<Operation<Number>> own = in_own_numbers(operations);
     if (counts) record_.time_ms.push_back(time_ms(own, rounds));
     double correction_error = 0.0;
     std::size_t updates = 0;
@@ -82,8 +91,8 @@ class FormContestant final : public Contestant {
       for (std::size_t i = 0; i < form_->correction().size(); ++i) {
         const long double sigma = reference.sigmas[updates][i];
         if (sigma == 0.0L) continue;
-        const long double off = std::abs(form_->correction()[i] - reference.corrections[updates][i]);
-        correction_error = std::max(correction_error, static_cast<double>(off / sigma));
+        const long double off = form_->correction()[i] - reference.corrections[updates][i];
+        correction_error = larger(correction_error, off / sigma);
       }
       ++updates;
     }
@@ -93,6 +102,17 @@ class FormContestant final : public Contestant {
   }
 
  private:
+  static std::vector<Operation<Number>> in_own_numbers(const std::vector<Operation<double>>& operations) {
+    std::vector<Operation<Number>> own;
+    for (const Operation<double>& operation : operations) own.push_back(operation.template cast<Number>());
+    return own;
+  }
+
+  /// What is no number is larger than any.
+  static double larger(double worst, long double error) {
+    return std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, static_cast<double>(std::abs(error)));
+  }
+
   /// The shortest: what else the machine does only adds.
   double time_ms(const std::vector<Operation<Number>>& operations, int rounds) const {
     double best = std::numeric_limits<double>::infinity();
@@ -116,7 +136,7 @@ class FormContestant final : public Contestant {
     const std::vector<long double> sigmas = sigmas_of(form_->covariance());
     double worst = 0.0;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      if (expected[i] > 0.0L) worst = std::max(worst, static_cast<double>(std::abs(sigmas[i] / expected[i] - 1.0L)));
+      if (expected[i] > 0.0L) worst = larger(worst, sigmas[i] / expected[i] - 1.0L);
     }
     return worst;
   }

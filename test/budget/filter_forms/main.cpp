@@ -13,6 +13,7 @@
 #include "test/budget/filter_forms/comparison.h"
 #include "test/budget/filter_forms/operation_recorder.h"
 #include "test/budget/filter_forms/root_form.h"
+#include "test/budget/instruction_mark.h"
 #include "tools/replay/asl_reader.h"
 
 namespace plumb::budget {
@@ -60,7 +61,14 @@ struct Options {
   std::vector<std::string> recordings;
   std::size_t images = std::numeric_limits<std::size_t>::max();
   int rounds = 3;
+  bool count = false;
 };
+
+/// Of one image: in every form between marks, for filter_forms.py.
+void count(const std::vector<Operation<double>>& operations, Contestants& forms, bool counts) {
+  for (std::size_t i = 0; i < forms.size(); ++i) forms[i]->count(operations, static_cast<std::uint8_t>(i));
+  if (counts) end(static_cast<std::uint8_t>(Region::kImage));
+}
 
 /// Images that were compared.
 std::size_t fly(replay::Source& source, const Options& options, Contestants& forms) {
@@ -83,6 +91,10 @@ std::size_t fly(replay::Source& source, const Options& options, Contestants& for
     // The image that the filter starts with costs what no other does.
     const bool counts = any_of(operations, Kind::kUpdate) && !any_of(operations, Kind::kRestart);
     compared += counts ? 1 : 0;
+    if (options.count) {
+      count(operations, forms, counts);
+      continue;
+    }
     const ReferenceImage expected = reference.repeat(operations);
     for (const auto& form : forms) form->repeat(operations, expected, options.rounds, counts);
     check_complete(forms.front()->covariance(), system->estimator().filter().covariance());
@@ -122,6 +134,10 @@ void compare(const std::string& recording, const Options& options) {
   Contestants forms = contestants();
   const std::size_t images = fly(*source, options, forms);
   if (images == 0) throw InputError(recording + ": the filter did not run; expected images that it was updated with");
+  if (options.count) {
+    for (const auto& form : forms) std::printf("%s\n", form->name().c_str());
+    return;
+  }
   std::printf("%s, %zu images with a running filter\n\n", recording.c_str(), images);
   print(forms);
   std::printf("\n");
@@ -136,6 +152,7 @@ int main(int argc, char** argv) {
   app.add_option("recordings", options.recordings, "folders in the ASL layout")->required();
   app.add_option("--images", options.images, "stop after so many of each recording");
   app.add_option("--rounds", options.rounds, "of each image, for the time")->check(CLI::PositiveNumber);
+  app.add_flag("--count", options.count, "only mark what each form does, for instructions to be counted");
   CLI11_PARSE(app, argc, argv);
   try {
     for (const std::string& recording : options.recordings) plumb::budget::compare(recording, options);

@@ -39,11 +39,11 @@ struct Operation {
   std::size_t at = 0;
   std::size_t from = 0;
   std::size_t count = 0;
-  Table<T> a;
-  Table<T> b;
-  std::vector<Support> supports;    ///< the columns of each row of `a` that are not zero
-  std::vector<std::size_t> groups;  ///< the rows of an update that are multiplied together: how many in each group
-  std::vector<T> residual;
+  Table<T> a{};
+  Table<T> b{};
+  std::vector<Support> supports{};    ///< the columns of each row of `a` that are not zero
+  std::vector<std::size_t> groups{};  ///< the rows of an update that are multiplied together: how many in each group
+  std::vector<T> residual{};
 
   template <typename U>
   Operation<U> cast() const {
