@@ -36,20 +36,20 @@ FRONT_END = ("pyramid", "flow", "detect", "rest of the front end")
 END_OF_IMAGE = 31
 
 
-def images_of(trace: Iterator[str]) -> Iterator[dict[str, int]]:
+def images_of(trace: Iterable[str], regions: dict[int, str]) -> Iterator[dict[str, int]]:
     """Instructions per region and image out of "tag count" lines; an instruction counts for the innermost region."""
     open_regions: list[int] = []
-    costs = dict.fromkeys(REGIONS.values(), 0)
+    costs = dict.fromkeys(regions.values(), 0)
     before = 0
     for line in trace:
         tag, count = map(int, line.split())
         region, ends = divmod(tag, 2)
         if open_regions:
-            costs[REGIONS[open_regions[-1]]] += count - before
+            costs[regions[open_regions[-1]]] += count - before
         before = count
         if region == END_OF_IMAGE:
             yield costs
-            costs = dict.fromkeys(REGIONS.values(), 0)
+            costs = dict.fromkeys(regions.values(), 0)
         elif ends:
             if not open_regions or open_regions.pop() != region:
                 raise ValueError(f"region {region} ends and was not open")
@@ -81,6 +81,19 @@ def functions_of(lines: Iterable[str], images: int, least: float) -> str:
     return "\n".join(lines)
 
 
+def trace_of(build: Path, command: list[str], functions: bool = False) -> tuple[str, list[str], list[str]]:
+    """What a program of the build prints when it runs in the emulator, its marks, and the functions if wanted."""
+    with tempfile.TemporaryDirectory() as folder:
+        trace = Path(folder) / "trace"
+        by_function = Path(folder) / "functions"
+        options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if functions else "")
+        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", options]
+        program = [str(build / "bin" / command[0]), *command[1:]]
+        out = subprocess.run(emulator + program, check=True, capture_output=True, text=True).stdout
+        lines = trace.read_text().splitlines()
+        return out, lines, by_function.read_text().splitlines() if functions else []
+
+
 def count(
     build: Path,
     recording: Path,
@@ -93,18 +106,12 @@ def count(
 
     The poses of the flight are written to `trajectory`, a TUM file.
     """
-    command = [str(build / "bin/plumb-instruction-budget"), str(recording), config]
+    command = ["plumb-instruction-budget", str(recording), config]
     if images is not None:
         command.append(str(images))
-    with tempfile.TemporaryDirectory() as folder:
-        trace = Path(folder) / "trace"
-        by_function = Path(folder) / "functions"
-        options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if least is not None else "")
-        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", options]
-        out = subprocess.run(emulator + command, check=True, capture_output=True, text=True).stdout
-        with trace.open() as lines:
-            costs = [list(image.values()) for image in images_of(lines)]
-        functions = "" if least is None else functions_of(by_function.read_text().splitlines(), len(costs), least)
+    out, trace, by_function = trace_of(build, command, functions=least is not None)
+    costs = [list(image.values()) for image in images_of(trace, REGIONS)]
+    functions = "" if least is None else functions_of(by_function, len(costs), least)
     states = [line.split(maxsplit=1) for line in out.splitlines()]
     valid = [flag == "1" for flag, _ in states]
     if trajectory is not None:

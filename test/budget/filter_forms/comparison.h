@@ -48,8 +48,8 @@ class Contestant {
   /// Repeats the operations of one image, `rounds` times for the time. The record grows if the image `counts`.
   virtual void repeat(const std::vector<Operation<double>>& operations, const ReferenceImage& reference, int rounds,
                       bool counts) = 0;
-  /// Repeats them once, between marks with this number.
-  virtual void count(const std::vector<Operation<double>>& operations, std::uint8_t number) = 0;
+  /// Repeats them once; if the image `counts`, between marks with this number.
+  virtual void count(const std::vector<Operation<double>>& operations, std::uint8_t number, bool counts) = 0;
   virtual Table<long double> covariance() const = 0;
   const Record& record() const { return record_; }
 
@@ -66,11 +66,11 @@ class FormContestant final : public Contestant {
   const std::string& name() const override { return name_; }
   Table<long double> covariance() const override { return form_->covariance(); }
 
-  void count(const std::vector<Operation<double>>& operations, std::uint8_t number) override {
+  void count(const std::vector<Operation<double>>& operations, std::uint8_t number, bool counts) override {
     const std::vector<Operation<Number>> own = in_own_numbers(operations);
-    begin(number);
+    if (counts) begin(number);
     for (const Operation<Number>& operation : own) static_cast<void>(form_->apply(operation));
-    end(number);
+    if (counts) end(number);
   }
 
   void repeat(const std::vector<Operation<double>>& operations, const ReferenceImage& reference, int rounds,

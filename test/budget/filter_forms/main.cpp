@@ -35,8 +35,13 @@ Contestants contestants() {
   all.push_back(std::make_unique<FormContestant<FlownForm>>("covariance, float64, as flown"));
   all.push_back(std::make_unique<FormContestant<CovarianceForm<double>>>("covariance, float64"));
   all.push_back(std::make_unique<FormContestant<CovarianceForm<float>>>("covariance, float32"));
-  all.push_back(std::make_unique<FormContestant<RootForm<double>>>("square root, float64"));
-  all.push_back(std::make_unique<FormContestant<RootForm<float>>>("square root, float32"));
+  const auto add_root = [&all]<typename T, RootUpdate update>(const char* name) {
+    all.push_back(std::make_unique<FormContestant<RootForm<T, update>>>(name));
+  };
+  add_root.operator()<double, RootUpdate::kHouseholder>("square root by Householder, float64");
+  add_root.operator()<float, RootUpdate::kHouseholder>("square root by Householder, float32");
+  add_root.operator()<double, RootUpdate::kCholesky>("square root by Cholesky, float64");
+  add_root.operator()<float, RootUpdate::kCholesky>("square root by Cholesky, float32");
   return all;
 }
 
@@ -66,7 +71,7 @@ struct Options {
 
 /// Of one image: in every form between marks, for filter_forms.py.
 void count(const std::vector<Operation<double>>& operations, Contestants& forms, bool counts) {
-  for (std::size_t i = 0; i < forms.size(); ++i) forms[i]->count(operations, static_cast<std::uint8_t>(i));
+  for (std::size_t i = 0; i < forms.size(); ++i) forms[i]->count(operations, static_cast<std::uint8_t>(i), counts);
   if (counts) end(static_cast<std::uint8_t>(Region::kImage));
 }
 

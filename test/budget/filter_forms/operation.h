@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "fsw/estimator/update_stack.h"
@@ -41,6 +43,7 @@ struct Operation {
   std::size_t count = 0;
   Table<T> a{};
   Table<T> b{};
+  Table<T> b_root{};                 ///< of kAssign: b = b_root^T b_root, from before it is squared
   std::vector<Support> supports{};    ///< the columns of each row of `a` that are not zero
   std::vector<std::size_t> groups{};  ///< the rows of an update that are multiplied together: how many in each group
   std::vector<T> residual{};
@@ -54,11 +57,33 @@ struct Operation {
             count,
             a.template cast<U>(),
             b.template cast<U>(),
+            b_root.template cast<U>(),
             supports,
             groups,
             std::vector<U>(residual.begin(), residual.end())};
   }
 };
+
+/// The upper triangular root of p = root^T root. A direction without variance gets a zero row.
+template <typename T>
+Table<T> upper_root(const Table<T>& p) {
+  constexpr T kNothing = 8 * std::numeric_limits<T>::epsilon();  // of the diagonal element: rounding
+  const Eigen::Index n = p.rows();
+  Table<T> root = Table<T>::Zero(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    root.row(k).tail(n - k) = p.row(k).tail(n - k);
+    for (Eigen::Index i = 0; i < k; ++i) root.row(k).tail(n - k) -= root(i, k) * root.row(i).tail(n - k);
+    const T pivot = root(k, k);
+    root.row(k) *= pivot > kNothing * p(k, k) ? 1 / std::sqrt(pivot) : T(0);
+  }
+  return root;
+}
+
+/// The noise of kAssign. A filter of roots has the root first and need not square it.
+inline void set_noise(Operation<double>& operation, const Table<double>& noise) {
+  operation.b = noise;
+  operation.b_root = upper_root<long double>(noise.cast<long double>()).cast<double>();
+}
 
 /// Whether every column of `inner` is one of `outer`.
 inline bool within(const Support& inner, const Support& outer) {

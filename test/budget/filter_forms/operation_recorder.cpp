@@ -158,7 +158,7 @@ void wrapped_assign(MatrixView p, std::size_t at, ConstMatrixView jacobian, cons
   const auto tell = [&](Operation<double>& o) {
     o.at = at;
     o.a = table(jacobian);
-    o.b = noise;
+    set_noise(o, noise);
     o.supports.assign(jacobian.rows(), support);
   };
   pass_on(p, Kind::kAssign, tell, [&] { real_assign(p, at, jacobian, support, noise); });

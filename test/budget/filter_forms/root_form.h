@@ -9,9 +9,9 @@
 //
 //     P+ = U^T (I + A^T A)^-1 U = (N^-1 U)^T (N^-1 U),   N N^T = I + A^T A,   N upper triangular
 //
-// takes N from the Householder QR of A under the identity, columns in reverse (Bierman, Factorization Methods for
-// Discrete Sequential Estimation, 1977), so that A is never squared. The residual goes along as one more column and comes
-// out as what the correction is made of.
+// takes N either from the Householder QR of A under the identity, columns in reverse (Bierman, Factorization Methods for
+// Discrete Sequential Estimation, 1977), so that A is never squared, or, as sqrtVINS does, from the Cholesky
+// factorisation of I + A^T A, whose eigenvalues are all at least one. With N^-1 A^T r comes the correction.
 
 #include <array>
 #include <memory>
@@ -22,12 +22,15 @@
 
 namespace plumb::budget {
 
-template <typename T>
+/// How N is found.
+enum class RootUpdate : std::uint8_t { kHouseholder, kCholesky };
+
+template <typename T, RootUpdate kUpdate>
 class RootForm {
  public:
   using Number = T;
 
-  /// Always true: no update can fail.
+  /// False when an update was not possible; it is left out then. By Householder all are possible.
   bool apply(const Operation<T>& operation);
   std::span<const T> correction() const { return {correction_.data(), size_}; }
   Table<long double> covariance() const;
@@ -40,7 +43,8 @@ class RootForm {
 
   struct Scratch {
     alignas(64) T a[kMaxRows][kStride] = {};
-    alignas(64) T n[kSize][kStride] = {};  // N^T, rows and columns reversed
+    alignas(64) T n[kSize][kStride] = {};  // rows and columns reversed: by Householder N^T, by Cholesky N
+    T along[kSize] = {};                   // N^-1 A^T r, reversed
   };
 
   /// Row k of U. They stand in memory from the last to the first, as an update goes through them.
@@ -57,7 +61,7 @@ class RootForm {
   std::size_t free_place() const;
   void resize(std::size_t size);
   void restart(const Table<T>& p);
-  void put_root(std::size_t at, const Table<T>& p, Rows<T> to);
+  static void put_root(std::size_t at, const Table<T>& root, Rows<T> to);
   void clear(std::size_t at, std::size_t count);
   void forget(std::size_t first, std::size_t count);
   void move(std::size_t from, std::size_t at);
@@ -67,9 +71,14 @@ class RootForm {
   void triangularise(std::size_t first, std::size_t count);
   T* add_loose();
   void fold_loose();
-  void update(const Operation<T>& operation);
+  bool update(const Operation<T>& operation);
   std::size_t project(const Operation<T>& operation, std::array<std::size_t, kMaxRows>& begins);
-  void factor(std::size_t rows, std::size_t least, const std::array<std::size_t, kMaxRows>& begins);
+  void factor_by_householder(std::size_t rows, std::size_t least, const std::array<std::size_t, kMaxRows>& begins);
+  bool factor_by_cholesky(std::size_t rows, std::size_t least, const std::array<std::size_t, kMaxRows>& begins);
+  /// Of N^T.
+  T factor(std::size_t k, std::size_t i) const {
+    return kUpdate == RootUpdate::kHouseholder ? scratch_->n[k][i] : scratch_->n[i][k];
+  }
   void divide(std::size_t least);
   void correct(std::size_t least);
   /// Every row there is, those below the triangle too.
@@ -90,7 +99,9 @@ class RootForm {
   std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();  ///< copies of the filter share it
 };
 
-extern template class RootForm<double>;
-extern template class RootForm<float>;
+extern template class RootForm<double, RootUpdate::kHouseholder>;
+extern template class RootForm<float, RootUpdate::kHouseholder>;
+extern template class RootForm<double, RootUpdate::kCholesky>;
+extern template class RootForm<float, RootUpdate::kCholesky>;
 
 }  // namespace plumb::budget
