@@ -19,6 +19,7 @@ class RandomFilter {
     Operation<double>& start = add(Kind::kRestart);
     start.a = Table<double>::Zero(index(Layout::kFeatures), index(Layout::kFeatures));
     start.a.topLeftCorner(index(kCoreSize), index(kCoreSize)) = test::any_covariance(g_, kCoreSize);
+    set_root(start, start.a);
     for (std::size_t image = 0; image < 6; ++image) run_image(image);
   }
   const std::vector<Operation<double>>& operations() const { return operations_; }
@@ -72,7 +73,8 @@ class RandomFilter {
     o.at = Layout::feature(feature);
     o.a = Table<double>::Zero(3, index(o.size));
     for (std::size_t r = 0; r < 3; ++r) fill(o.a, r, support);
-    set_noise(o, noisy ? Table<double>(test::any_covariance(g_, 3)) : Table<double>::Zero(3, 3));
+    o.b = noisy ? Table<double>(test::any_covariance(g_, 3)) : Table<double>::Zero(3, 3);
+    set_root(o, o.b);
     o.supports.assign(3, support);
   }
 
@@ -185,6 +187,7 @@ TEST(FilterForms, OnlyTheSquareRootStaysDefiniteInSinglePrecision) {
     Operation<double> start{.kind = Kind::kRestart, .size = Layout::kFeatures};
     start.a = Table<double>::Zero(index(Layout::kFeatures), index(Layout::kFeatures));
     start.a.topLeftCorner(3, 3).setIdentity();
+    set_root(start, start.a);
     apply(start);
     for (std::size_t k = 0; k < 10; ++k) {
       constexpr double kPrecision = 1e5;  // squared, more than the digits of a float

@@ -43,7 +43,7 @@ struct Operation {
   std::size_t count = 0;
   Table<T> a{};
   Table<T> b{};
-  Table<T> b_root{};                 ///< of kAssign: b = b_root^T b_root, from before it is squared
+  Table<T> root{};                   ///< of kRestart's `a` and kAssign's `b`: root^T root, see set_root()
   std::vector<Support> supports{};    ///< the columns of each row of `a` that are not zero
   std::vector<std::size_t> groups{};  ///< the rows of an update that are multiplied together: how many in each group
   std::vector<T> residual{};
@@ -57,7 +57,7 @@ struct Operation {
             count,
             a.template cast<U>(),
             b.template cast<U>(),
-            b_root.template cast<U>(),
+            root.template cast<U>(),
             supports,
             groups,
             std::vector<U>(residual.begin(), residual.end())};
@@ -79,10 +79,10 @@ Table<T> upper_root(const Table<T>& p) {
   return root;
 }
 
-/// The noise of kAssign. A filter of roots has the root first and need not square it.
-inline void set_noise(Operation<double>& operation, const Table<double>& noise) {
-  operation.b = noise;
-  operation.b_root = upper_root<long double>(noise.cast<long double>()).cast<double>();
+/// A filter of roots has the root of what a feature or the filter starts with before anything is squared, and does not
+/// lose digits to that.
+inline void set_root(Operation<double>& operation, const Table<double>& p) {
+  operation.root = upper_root<long double>(p.cast<long double>()).cast<double>();
 }
 
 /// Whether every column of `inner` is one of `outer`.

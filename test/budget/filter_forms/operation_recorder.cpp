@@ -56,7 +56,9 @@ void OperationRecorder::find_direct_writes(ConstMatrixView p) {
     prior.at = at;
     prior.a = table(p.block(at, at, kFeatureSize, kFeatureSize));
   } else {
-    add(Kind::kRestart, p.cols()).a = table(p);
+    Operation<double>& restart = add(Kind::kRestart, p.cols());
+    restart.a = table(p);
+    set_root(restart, restart.a);
   }
   after(p);
 }
@@ -158,7 +160,8 @@ void wrapped_assign(MatrixView p, std::size_t at, ConstMatrixView jacobian, cons
   const auto tell = [&](Operation<double>& o) {
     o.at = at;
     o.a = table(jacobian);
-    set_noise(o, noise);
+    o.b = noise;
+    set_root(o, o.b);
     o.supports.assign(jacobian.rows(), support);
   };
   pass_on(p, Kind::kAssign, tell, [&] { real_assign(p, at, jacobian, support, noise); });

@@ -10,7 +10,7 @@ template <typename T, RootUpdate kUpdate>
 bool RootForm<T, kUpdate>::apply(const Operation<T>& operation) {
   if (operation.kind == Kind::kRestart) {
     size_ = operation.size;
-    restart(operation.a);
+    restart(operation.root);
     return true;
   }
   resize(operation.size);
@@ -60,12 +60,12 @@ std::size_t RootForm<T, kUpdate>::free_place() const {
 }
 
 template <typename T, RootUpdate kUpdate>
-void RootForm<T, kUpdate>::restart(const Table<T>& p) {
+void RootForm<T, kUpdate>::restart(const Table<T>& root) {
   std::fill_n(u_[0], kSize * kStride, T(0));
   loose_count_ = 0;
   features_ = 0;
   resize(size_);
-  put_root(0, upper_root(p), u());
+  put_root(0, root, u());
 }
 
 /// Rows at.. of `to` <- root, in columns at...
@@ -155,7 +155,7 @@ void RootForm<T, kUpdate>::assign(const Operation<T>& operation) {
     std::copy_n(value, kFeatureSize, row + at);
   });
   if (u()[at][at] == 0) {  // a new state: its rows are free for its noise
-    put_root(at, operation.b_root, u());
+    put_root(at, operation.root, u());
     return;
   }
   triangularise(at, kFeatureSize);

@@ -60,7 +60,7 @@ class RootForm {
   std::size_t columns() const;
   std::size_t free_place() const;
   void resize(std::size_t size);
-  void restart(const Table<T>& p);
+  void restart(const Table<T>& root);
   static void put_root(std::size_t at, const Table<T>& root, Rows<T> to);
   void clear(std::size_t at, std::size_t count);
   void forget(std::size_t first, std::size_t count);
