@@ -24,7 +24,8 @@ from plumb_tools.trajectory import read_truth
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = (12, 30)
-DEFAULT_SIZES = "6x15,8x30,12x15,12x30,12x45,16x30"
+PAPER = (4, 27)  # in every build, as the configuration of that name
+DEFAULT_SIZES = "4x27,8x30,12x15,12x30,12x45,16x30"
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,8 @@ def measure(size: str, recordings: list[Path], images: int | None) -> Point:
     """Builds one pair of sizes and flies the recordings."""
     print(f"size_curve: {size}", file=sys.stderr)
     poses, features = map(int, size.split("x"))
-    program = build(poses, features)
-    name = f"flight-{poses}x{features}"
+    program = build(*(SHIPPED if (poses, features) == PAPER else (poses, features)))
+    name = "paper" if (poses, features) == PAPER else f"flight-{poses}x{features}"
     return Point(poses, features, tuple(fly(program, name, recording, images) for recording in recordings))
 
 
@@ -102,8 +103,9 @@ def draw(points: list[Point], recordings: list[Path], picture: Path) -> None:
     for number, (recording, mark) in enumerate(zip(recordings, "os^v", strict=False)):
         flights = [point.flights[number] for point in points]
         order = np.argsort(states)
-        by_size.plot(np.array(states)[order], [flights[i].filter for i in order], mark + "-", label=recording.name)
-        by_cost.plot([flight.total for flight in flights], [flight.ate_mm for flight in flights], mark, label=recording.name)
+        name = recording.name
+        by_size.plot(np.array(states)[order], [flights[i].filter for i in order], mark + "-", label=name)
+        by_cost.plot([flight.total for flight in flights], [flight.ate_mm for flight in flights], mark, label=name)
         for point, state, flight in zip(points, states, flights, strict=True):
             bold = "bold" if (point.poses, point.features) == SHIPPED else "normal"
             text = f"{point.poses}x{point.features}"

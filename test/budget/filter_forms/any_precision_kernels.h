@@ -77,7 +77,8 @@ inline void add_tile(Rows<T> out, Rows<const T> x, std::size_t depth, std::size_
 }
 
 template <std::size_t R, std::size_t V, typename T, class Factor>
-inline void add_columns(Rows<T> out, Rows<const T> x, std::size_t depth, std::size_t c, std::size_t end, Factor factor) {
+inline void add_columns(Rows<T> out, Rows<const T> x, std::size_t depth, std::size_t c, std::size_t end,
+                        Factor factor) {
   for (; c + V * Lanes<T>::kCount <= end; c += V * Lanes<T>::kCount) add_tile<R, V>(out, x, depth, c, factor);
   if constexpr (V > 1) {
     add_columns<R, V / 2>(out, x, depth, c, end, factor);

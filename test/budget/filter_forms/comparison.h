@@ -110,7 +110,8 @@ class FormContestant final : public Contestant {
 
   /// What is no number is larger than any.
   static double larger(double worst, long double error) {
-    return std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, static_cast<double>(std::abs(error)));
+    return std::isnan(error) ? std::numeric_limits<double>::infinity()
+                             : std::max(worst, static_cast<double>(std::abs(error)));
   }
 
   /// The shortest: what else the machine does only adds.

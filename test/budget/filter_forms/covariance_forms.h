@@ -81,7 +81,8 @@ bool CovarianceForm<T>::apply(const Operation<T>& operation) {
     case Kind::kRestart: clear(0, size_); [[fallthrough]];
     case Kind::kPrior:
       for (Eigen::Index r = 0; r < operation.a.rows(); ++r) {
-        std::copy_n(&operation.a(r, 0), operation.a.cols(), p_[operation.at + static_cast<std::size_t>(r)] + operation.at);
+        std::copy_n(&operation.a(r, 0), operation.a.cols(),
+                    p_[operation.at + static_cast<std::size_t>(r)] + operation.at);
       }
       return true;
     case Kind::kClear: clear(operation.at, operation.count); return true;

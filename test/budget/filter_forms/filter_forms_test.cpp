@@ -106,8 +106,9 @@ class RandomFilter {
   void update() {
     Operation<double>& o = add(Kind::kUpdate);
     for (std::size_t i = 0; i < features_; ++i)
-      o.supports.insert(o.supports.end(), 2,
-                        columns({{Layout::pose(i % kPoses), 6}, {Layout::pose((i + 1) % kPoses), 6}, {Layout::feature(i), 3}}));
+      o.supports.insert(
+          o.supports.end(), 2,
+          columns({{Layout::pose(i % kPoses), 6}, {Layout::pose((i + 1) % kPoses), 6}, {Layout::feature(i), 3}}));
     for (std::size_t k = 0; k < 4; ++k) o.supports.push_back(columns({{Layout::kPoses + k, 18 - k}}));
     o.a = Table<double>::Zero(index(o.supports.size()), index(o.size));
     for (std::size_t r = 0; r < o.supports.size(); ++r) {
@@ -153,7 +154,8 @@ void expect_agreement(const RandomFilter& filter, double tolerance) {
       }
     }
     for (std::size_t i = 0; operation.kind == Kind::kUpdate && i < sigmas.size(); ++i)
-      ASSERT_NEAR(double(form->correction()[i]), double(reference->correction()[i]), tolerance * double(sigmas[i])) << i;
+      ASSERT_NEAR(double(form->correction()[i]), double(reference->correction()[i]), tolerance * double(sigmas[i]))
+          << i;
   }
 }
 

@@ -43,7 +43,7 @@ struct Operation {
   std::size_t count = 0;
   Table<T> a{};
   Table<T> b{};
-  Table<T> root{};                   ///< of kRestart's `a` and kAssign's `b`: root^T root, see set_root()
+  Table<T> root{};                    ///< of kRestart's `a` and kAssign's `b`: root^T root, see set_root()
   std::vector<Support> supports{};    ///< the columns of each row of `a` that are not zero
   std::vector<std::size_t> groups{};  ///< the rows of an update that are multiplied together: how many in each group
   std::vector<T> residual{};

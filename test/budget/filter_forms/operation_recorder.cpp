@@ -94,7 +94,7 @@ void OperationRecorder::add_update(ConstMatrixView p, std::size_t rows) {
 }  // namespace plumb::budget
 
 // The seam. "real" is the function that flies, "wrapped" what the estimator calls in its place.
-#define PLUMB_SEAM(result, name, mangled, parameters) \
+#define PLUMB_SEAM(result, name, mangled, parameters)   \
   result real_##name parameters asm("__real_" mangled); \
   result wrapped_##name parameters asm("__wrap_" mangled)
 
@@ -168,8 +168,7 @@ void wrapped_assign(MatrixView p, std::size_t at, ConstMatrixView jacobian, cons
 }
 
 void wrapped_propagate(MatrixView p, const Mat15& phi, const Mat15& q) {
-  pass_on(
-      p, Kind::kPropagate, [&](Operation<double>& o) { o.a = phi, o.b = q; }, [&] { real_propagate(p, phi, q); });
+  pass_on(p, Kind::kPropagate, [&](Operation<double>& o) { o.a = phi, o.b = q; }, [&] { real_propagate(p, phi, q); });
 }
 
 void wrapped_products(ConstMatrixView a, const double* row, const Support& support, MatrixView out) {

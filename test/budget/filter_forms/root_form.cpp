@@ -207,7 +207,8 @@ std::size_t RootForm<T, kUpdate>::project(const Operation<T>& operation, std::ar
 
 /// N^T, reversed, from the identity over A; the residual becomes N^-1 A^T r.
 template <typename T, RootUpdate kUpdate>
-void RootForm<T, kUpdate>::factor_by_householder(std::size_t rows, std::size_t least, const std::array<std::size_t, kMaxRows>& begins) {
+void RootForm<T, kUpdate>::factor_by_householder(std::size_t rows, std::size_t least,
+                                                 const std::array<std::size_t, kMaxRows>& begins) {
   const std::size_t n = columns();
   for (std::size_t k = least; k < n; ++k) {
     std::fill_n(scratch_->n[k] + k, n + 1 - k, T(0));

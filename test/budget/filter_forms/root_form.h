@@ -2,15 +2,15 @@
 // The square-root form of the filter: P = U^T U with U upper triangular, in any precision. P itself is never made, and
 // whatever is rounded, U^T U has no negative eigenvalue.
 //
-// The order of columns is that of sqrtVINS (Peng, Chen and Huang, 2025; github.com/rpng/sqrtVINS): core, poses, features.
-// Every new state is then a copy or a linear function of states that stand before it, and a column more leaves U
-// triangular. What is added as noise (propagation) or loses its state (a pose that is dropped) becomes a row below the
-// triangle, and all of them are folded in by one QR per image. An update of whitened rows, with A = H U^T,
+// The order of columns is that of sqrtVINS (Peng, Chen and Huang, 2025; github.com/rpng/sqrtVINS): core, poses,
+// features. Every new state is then a copy or a linear function of states that stand before it, and a column more
+// leaves U triangular. What is added as noise (propagation) or loses its state (a pose that is dropped) becomes a row
+// below the triangle, and all of them are folded in by one QR per image. An update of whitened rows, with A = H U^T,
 //
 //     P+ = U^T (I + A^T A)^-1 U = (N^-1 U)^T (N^-1 U),   N N^T = I + A^T A,   N upper triangular
 //
-// takes N either from the Householder QR of A under the identity, columns in reverse (Bierman, Factorization Methods for
-// Discrete Sequential Estimation, 1977), so that A is never squared, or, as sqrtVINS does, from the Cholesky
+// takes N either from the Householder QR of A under the identity, columns in reverse (Bierman, Factorization Methods
+// for Discrete Sequential Estimation, 1977), so that A is never squared, or, as sqrtVINS does, from the Cholesky
 // factorisation of I + A^T A, whose eigenvalues are all at least one. With N^-1 A^T r comes the correction.
 
 #include <array>
@@ -55,7 +55,8 @@ class RootForm {
 
   /// The column of a state. Features keep theirs for as long as they live; the flown covariance moves them.
   std::size_t column(std::size_t state) const {
-    return state < Layout::kFeatures ? state : place_[(state - Layout::kFeatures) / kFeatureSize] + state % kFeatureSize;
+    return state < Layout::kFeatures ? state
+                                     : place_[(state - Layout::kFeatures) / kFeatureSize] + state % kFeatureSize;
   }
   std::size_t columns() const;
   std::size_t free_place() const;
