@@ -25,7 +25,7 @@ from plumb_tools.trajectory import read_truth
 ROOT = Path(__file__).parents[2]
 SHIPPED = (12, 30)
 PAPER = (4, 27)  # in every build, as the configuration of that name
-DEFAULT_SIZES = "4x27,8x30,12x15,12x30,12x45,16x30"
+DEFAULT_SIZES = "4x27,8x30,12x15,12x30,16x30"
 
 
 @dataclass(frozen=True)

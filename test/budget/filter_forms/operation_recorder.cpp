@@ -34,15 +34,17 @@ Operation<double>& OperationRecorder::add(Kind kind, std::size_t size) {
 }
 
 void OperationRecorder::after(ConstMatrixView p) {
+  size_ = p.rows();
   for (std::size_t r = 0; r < p.rows(); ++r) std::copy_n(p.row(r), p.cols(), copy_.view().row(r));
 }
 
 /// The block of a new feature, or a new start.
 void OperationRecorder::find_direct_writes(ConstMatrixView p) {
-  std::size_t first = p.rows();
+  const std::size_t known = std::min(size_, p.rows());
+  std::size_t first = size_ == 0 ? 0 : known;  // of a filter that was never seen, everything is new
   std::size_t last = 0;
-  for (std::size_t r = 0; r < p.rows(); ++r) {
-    for (std::size_t c = 0; c < p.cols(); ++c) {
+  for (std::size_t r = 0; r < known; ++r) {
+    for (std::size_t c = 0; c < known; ++c) {
       if (p(r, c) == copy_.view()(r, c)) continue;
       first = std::min({first, r, c});
       last = std::max({last, r, c});

@@ -17,7 +17,11 @@ class OperationRecorder {
   static OperationRecorder& instance();
 
   /// The covariance to watch, of an estimator that outlives the recorder's use.
-  void watch(const FilterState<FlightConfig>& filter) { filter_ = &filter; }
+  void watch(const FilterState<FlightConfig>& filter) {
+    filter_ = &filter;
+    size_ = 0;
+    operations_.clear();
+  }
   bool watches(ConstMatrixView p) const { return filter_ != nullptr && p.data() == filter_->covariance().data(); }
   /// What was done since the last call. Call it between two calls of the estimator.
   std::vector<Operation<double>> take();
@@ -35,6 +39,7 @@ class OperationRecorder {
 
   const FilterState<FlightConfig>* filter_ = nullptr;
   MatrixStorage<Layout::kSize, Layout::kSize> copy_;
+  std::size_t size_ = 0;  // states in the copy; those beyond are not looked at, a new state begins with being cleared
   std::vector<Operation<double>> operations_;
   std::vector<std::vector<double>> rows_;  // seen by the update at hand, and their columns
   std::vector<Support> supports_;
