@@ -2,6 +2,7 @@
 //
 //   plumb-instruction-budget RECORDING CONFIGURATION [IMAGES]
 
+#include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -43,6 +44,16 @@ class MarkedKernels {
   FlightKernels<Config::kMaxImageWidth, Config::kMaxImageHeight> kernels_;
 };
 
+/// Whether the state counts, and the state as a line of a TUM file.
+void print(const NavState& state) {
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  const std::int64_t t_ns = state.valid ? state.t.ns() : 0;
+  std::printf("%d %" PRId64 ".%09" PRId64, state.valid ? 1 : 0, t_ns / kNsPerS, t_ns % kNsPerS);
+  for (const double value : state.p_WI_m) std::printf(" %.6f", value);
+  const auto [w, x, y, z] = state.q_WI;
+  std::printf(" %.9f %.9f %.9f %.9f\n", x, y, z, w);
+}
+
 template <class Config>
 void fly(replay::Source& source, std::size_t images) {
   static std::optional<FeatureTracker<Config::kMaxTracks, MarkedKernels<Config>>> tracker;
@@ -63,8 +74,7 @@ void fly(replay::Source& source, std::size_t images) {
     if (!image_processed) continue;
     ++done;
     end(static_cast<std::uint8_t>(Region::kImage));
-    const FrameReport& report = system->estimator().report();
-    std::printf("%zu %d %u %u\n", done, system->estimator().state().valid ? 1 : 0, report.slam_used, report.msckf_used);
+    print(system->estimator().state());
   }
 }
 

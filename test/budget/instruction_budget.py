@@ -36,20 +36,20 @@ FRONT_END = ("pyramid", "flow", "detect", "rest of the front end")
 END_OF_IMAGE = 31
 
 
-def images_of(trace: Iterator[str]) -> Iterator[dict[str, int]]:
+def images_of(trace: Iterable[str], regions: dict[int, str]) -> Iterator[dict[str, int]]:
     """Instructions per region and image out of "tag count" lines; an instruction counts for the innermost region."""
     open_regions: list[int] = []
-    costs = dict.fromkeys(REGIONS.values(), 0)
+    costs = dict.fromkeys(regions.values(), 0)
     before = 0
     for line in trace:
         tag, count = map(int, line.split())
         region, ends = divmod(tag, 2)
         if open_regions:
-            costs[REGIONS[open_regions[-1]]] += count - before
+            costs[regions[open_regions[-1]]] += count - before
         before = count
         if region == END_OF_IMAGE:
             yield costs
-            costs = dict.fromkeys(REGIONS.values(), 0)
+            costs = dict.fromkeys(regions.values(), 0)
         elif ends:
             if not open_regions or open_regions.pop() != region:
                 raise ValueError(f"region {region} ends and was not open")
@@ -81,23 +81,41 @@ def functions_of(lines: Iterable[str], images: int, least: float) -> str:
     return "\n".join(lines)
 
 
-def count(
-    build: Path, recording: Path, config: str, images: int | None, least: float | None = None
-) -> tuple[np.ndarray, str]:
-    """One row per image that the running filter processed, one column per region; and, if asked, the functions."""
-    command = [str(build / "bin/plumb-instruction-budget"), str(recording), config]
-    if images is not None:
-        command.append(str(images))
+def trace_of(build: Path, command: list[str], functions: bool = False) -> tuple[str, list[str], list[str]]:
+    """What a program of the build prints when it runs in the emulator, its marks, and the functions if wanted."""
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "trace"
         by_function = Path(folder) / "functions"
-        options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if least is not None else "")
+        options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if functions else "")
         emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", options]
-        out = subprocess.run(emulator + command, check=True, capture_output=True, text=True).stdout
-        with trace.open() as lines:
-            costs = [list(image.values()) for image in images_of(lines)]
-        functions = "" if least is None else functions_of(by_function.read_text().splitlines(), len(costs), least)
-    valid = [line.split()[1] == "1" for line in out.splitlines()]
+        program = [str(build / "bin" / command[0]), *command[1:]]
+        out = subprocess.run(emulator + program, check=True, capture_output=True, text=True).stdout
+        lines = trace.read_text().splitlines()
+        return out, lines, by_function.read_text().splitlines() if functions else []
+
+
+def count(
+    build: Path,
+    recording: Path,
+    config: str,
+    images: int | None,
+    least: float | None = None,
+    trajectory: Path | None = None,
+) -> tuple[np.ndarray, str]:
+    """One row per image that the running filter processed, one column per region; and, if asked, the functions.
+
+    The poses of the flight are written to `trajectory`, a TUM file.
+    """
+    command = ["plumb-instruction-budget", str(recording), config]
+    if images is not None:
+        command.append(str(images))
+    out, trace, by_function = trace_of(build, command, functions=least is not None)
+    costs = [list(image.values()) for image in images_of(trace, REGIONS)]
+    functions = "" if least is None else functions_of(by_function, len(costs), least)
+    states = [line.split(maxsplit=1) for line in out.splitlines()]
+    valid = [flag == "1" for flag, _ in states]
+    if trajectory is not None:
+        trajectory.write_text("".join(f"{pose}\n" for flag, pose in states if flag == "1"), encoding="utf-8")
     # The image that the filter starts with is judged by other means than those that follow.
     running = [now and before for now, before in zip(valid, [False, *valid[:-1]], strict=True)]
     return np.array(costs)[np.array(running)], functions
