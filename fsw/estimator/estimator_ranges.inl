@@ -153,7 +153,8 @@ bool Estimator<Config>::give_to_track(const LaserSpot& spot, Time t) {
   double nearest = spot.moves ? kNear * options_.vision.pixel_noise_px / calibration_.focal_px : kSpotReach;
   typename Table::TrackType* taker = nullptr;
   for (auto& track : tracks_.tracks()) {
-    if (!track.alive || track.in_state || track.banned || track.range || (spot.moves && track.age != 1)) continue;
+    if (!track.alive || track.in_state || track.banned || track.range || track.samples.empty()) continue;
+    if (spot.moves && track.age != 1) continue;
     const double off = (track.samples.back().z - spot.z).norm();
     if (!(off < nearest)) continue;
     nearest = off;
