@@ -224,7 +224,7 @@ Status Estimator<Config>::fuse_directions(Time t) {
 template <class Config>
 DepthPrior Estimator<Config>::depth_prior() const {
   constexpr double kRelativeSigma = 0.5;  // a scene within a factor of two of this depth is well inside two sigma
-  const double ranged_m = recent_range_depth_m();
+  const double ranged_m = options_.range.depth_prior ? recent_range_depth_m() : 0.0;
   const double depth_m = ranged_m > 0.0 ? ranged_m : median_depth_m();
   if (depth_m > 0.0) return {1.0 / depth_m, kRelativeSigma / depth_m};
   const double d = options_.vision.min_depth_m;  // semi-infinite: from d_min to infinity within two sigma

@@ -23,7 +23,7 @@ Status Estimator<Config>::start(const Frame& frame) {
     status = fuse_image(frame);
   } else if (standing_) {
     status = start_standing(frame);
-  } else {
+  } else if (options_.start.in_motion) {
     status = start_in_motion(frame);
   }
   observer_ = observer;

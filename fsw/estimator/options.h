@@ -63,6 +63,8 @@ struct RangeOptions {
   bool feature = true;              ///< give ranges to the tracks at the laser's spot
   bool facet = true;                ///< compare ranges with the facet under them
   double facet_after_s = 1.0;       ///< but only when no ranged track was of use for so long; 0: whenever none took it
+  bool relief = true;               ///< what features tell of the ground goes into the noise of a facet
+  bool depth_prior = true;          ///< new features are taken to be as far as the last range
   int max_features = 10;            ///< SLAM features that may be ranged ones
   double feature_slope = 0.5;       ///< of the ground under a ranged feature, for what its distance to the spot costs
 };
@@ -85,6 +87,7 @@ struct StartOptions {
   double still_accel_m_s2 = 0.15;
   double still_image_px = 0.5;  ///< and the image moves less than this over the window
   double still_window_s = 0.5;
+  bool in_motion = true;             ///< else only a standstill starts the filter
   double motion_window_s = 0.5;      ///< shortest span an in-motion start is tried on
   double motion_window_max_s = 1.5;  ///< longest: then ranges start it with the uncertainty it has
 };

@@ -131,7 +131,8 @@ Result<typename RangeUpdate<Config>::Target> RangeUpdate<Config>::facet_under_be
     target.size_m += edge.norm() * impact_C.z() / 3.0;
     static_cast<void>(target.vertices.push_back(seen_.feature[facet->vertices[j]]));
   }
-  target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m, target.size_m);
+  if (options_.relief)
+    target.relief_m = FacetPlane<Config>(state, seen_, *facet).relief_m(query, range_m, target.size_m);
   return target;
 }
 

@@ -41,18 +41,6 @@ struct Outcome {
   }
 };
 
-CalibrationOptions uncertain_sensors() {
-  CalibrationOptions sigmas;
-  sigmas.time_offset_sigma_s = 4e-3;
-  sigmas.camera_rotation_sigma_rad = 0.01;
-  sigmas.camera_position_sigma_m = 0.03;
-  sigmas.beam_tilt_sigma_rad = 0.01;
-  sigmas.beam_origin_sigma_m = 0.03;
-  sigmas.gyro_scale_sigma = 3e-3;
-  sigmas.accel_scale_sigma = 3e-3;
-  return sigmas;
-}
-
 /// One flight with sensors off by a draw of `truth`; the filter estimates what `filter` says.
 Outcome fly_miscalibrated(const Scene& scene, std::uint64_t seed, const CalibrationOptions& truth,
                           const CalibrationOptions& filter) {
@@ -121,7 +109,7 @@ void print_and_check_blocks(const std::vector<Outcome>& outcomes, const Calibrat
 
 TEST(SelfCalibration, ExcitedFlightFindsTheErrorsAndIsTheBetterForIt) {
   const Scene scene = make_scene("excitation");
-  const CalibrationOptions sigmas = uncertain_sensors();
+  const CalibrationOptions sigmas = uncalibrated_sensors();
   const std::vector<Outcome> estimated = fly_all(scene, sigmas, sigmas);
   const std::vector<Outcome> ignored = fly_all(scene, sigmas, {});
   std::printf("excitation: position RMSE %.3f m, %.3f m with the calibration file as it is\n", mean_rmse_m(estimated),
@@ -136,7 +124,7 @@ TEST(SelfCalibration, AtConstantVelocityWhatIsNotSeenStays) {
   constexpr double kUntouched = 0.9;            // of the prior's sigma
   constexpr std::size_t kUnseen[] = {0, 4, 6};  // gyro scale, camera position, beam origin
   const Scene scene = make_scene("cruise_from_start");
-  const CalibrationOptions sigmas = uncertain_sensors();
+  const CalibrationOptions sigmas = uncalibrated_sensors();
   const std::vector<Outcome> estimated = fly_all(scene, {}, sigmas);
   const std::vector<Outcome> known = fly_all(scene, {}, {});
   std::printf("cruise: position RMSE %.3f m, %.3f m with a calibration file known to be right\n",

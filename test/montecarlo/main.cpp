@@ -59,7 +59,8 @@ void declare_flight(CLI::App& app, Arguments& arguments) {
 
 void declare_campaign(CLI::App& app, Arguments& arguments) {
   CampaignSettings& campaign = arguments.campaign;
-  const std::map<std::string, Mission> missions = {{"flight", Mission::kFlight}, {"paper", Mission::kPaper}};
+  const std::map<std::string, Mission> missions = {
+      {"flight", Mission::kFlight}, {"paper", Mission::kPaper}, {"calibrating", Mission::kCalibrating}};
   const std::map<std::string, Tuning> tunings = {{"matched", Tuning::kMatched}, {"shipped", Tuning::kShipped}};
   app.add_option("--scene", arguments.scenes, "scenes to fly, or 'all'");
   app.add_option("--seeds", campaign.runs, "flights per scene and filter")
@@ -69,10 +70,12 @@ void declare_campaign(CLI::App& app, Arguments& arguments) {
   app.add_option("--jobs", campaign.jobs, "threads")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--config", campaign.mission, "compile-time configuration")
       ->transform(CLI::CheckedTransformer(missions, CLI::ignore_case))
-      ->option_text("flight|paper [flight]");
+      ->option_text("flight|paper|calibrating [flight]");
   app.add_option("--tuning", campaign.tuning, "matched: the filter is told the simulated noise; shipped: its defaults")
       ->transform(CLI::CheckedTransformer(tunings, CLI::ignore_case))
       ->option_text("matched|shipped [matched]");
+  app.add_flag("--uncalibrated", campaign.uncalibrated,
+               "sensors off by a draw of what one gets without calibration; '--config calibrating' estimates it");
   app.add_option("--set", arguments.parameters, "NAME=VALUE of an estimator parameter; wins over the tuning");
   app.add_flag("--no-range", arguments.no_range, "fly without the range finder only");
   app.add_flag("--no-vio", arguments.no_vio, "fly with the range finder only");

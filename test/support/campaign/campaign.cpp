@@ -12,6 +12,7 @@
 #include "fsw/base/mission_config.h"
 #include "hal/linux/monotonic_clock.h"
 #include "test/support/sim/flight.h"
+#include "test/support/sim/miscalibration.h"
 
 namespace plumb::sim {
 namespace {
@@ -38,9 +39,21 @@ FlightLog fly_once(const Scene& named, const CampaignSettings& settings) {
   EstimatorOptions options = matched_options(settings.flight);
   if (settings.tuning == Tuning::kShipped) options = EstimatorOptions{};
   options.range.enabled = settings.use_range;
+  FlightSettings flight = settings.flight;
+  SensorCalibration file = scene.rig.calibration();
+  if (settings.uncalibrated) {
+    const CalibrationError error = draw_calibration_error(uncalibrated_sensors(), flight.seed);
+    apply(error, flight);
+    file = calibration_file(scene.rig, error);
+    options.calibration = uncalibrated_sensors();
+  }
   if (settings.adjust) settings.adjust(options);
-  return settings.mission == Mission::kPaper ? fly<PaperConfig>(scene, settings.flight, options)
-                                             : fly<FlightConfig>(scene, settings.flight, options);
+  switch (settings.mission) {
+    case Mission::kPaper: return fly<PaperConfig>(scene, flight, options, file);
+    case Mission::kFlight: return fly<FlightConfig>(scene, flight, options, file);
+    case Mission::kCalibrating: return fly<SelfCalibratingConfig>(scene, flight, options, file);
+  }
+  return {};
 }
 
 std::vector<Run> fly_campaign(const Scene& scene, const CampaignSettings& settings,

@@ -10,13 +10,14 @@
 
 namespace plumb::sim {
 
-enum class Mission { kPaper, kFlight };    ///< which compile-time configuration flies
+enum class Mission { kPaper, kFlight, kCalibrating };  ///< which compile-time configuration flies
 enum class Tuning { kMatched, kShipped };  ///< the filter knows the simulation's noise, or flies with its defaults
 
 struct CampaignSettings {
   FlightSettings flight;  ///< its seed is replaced by each run's
   Mission mission = Mission::kFlight;
   Tuning tuning = Tuning::kMatched;
+  bool uncalibrated = false;  ///< the sensors are off by a draw of uncalibrated_sensors(); kCalibrating estimates it
   bool use_range = true;
   std::function<void(EstimatorOptions&)> adjust;  ///< applied last, if any; called from several threads
   int runs = 20;

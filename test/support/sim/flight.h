@@ -124,11 +124,17 @@ class Flight {
   FlightLog log_;
 };
 
-/// A fresh estimator on one flight.
+/// A fresh estimator on one flight, with what the calibration file says of the rig.
+template <class Config>
+FlightLog fly(const Scene& scene, const FlightSettings& settings, const EstimatorOptions& options,
+              const SensorCalibration& file) {
+  const auto estimator = std::make_unique<Estimator<Config>>(options, file);
+  return Flight<Estimator<Config>>(scene, settings, *estimator).fly();
+}
+
 template <class Config>
 FlightLog fly(const Scene& scene, const FlightSettings& settings, const EstimatorOptions& options) {
-  const auto estimator = std::make_unique<Estimator<Config>>(options, scene.rig.calibration());
-  return Flight<Estimator<Config>>(scene, settings, *estimator).fly();
+  return fly<Config>(scene, settings, options, scene.rig.calibration());
 }
 
 }  // namespace plumb::sim

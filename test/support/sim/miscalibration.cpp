@@ -2,6 +2,18 @@
 
 namespace plumb::sim {
 
+CalibrationOptions uncalibrated_sensors() {
+  CalibrationOptions sigmas;
+  sigmas.time_offset_sigma_s = 4e-3;
+  sigmas.camera_rotation_sigma_rad = 0.01;
+  sigmas.camera_position_sigma_m = 0.03;
+  sigmas.beam_tilt_sigma_rad = 0.01;
+  sigmas.beam_origin_sigma_m = 0.03;
+  sigmas.gyro_scale_sigma = 3e-3;
+  sigmas.accel_scale_sigma = 3e-3;
+  return sigmas;
+}
+
 CalibrationError draw_calibration_error(const CalibrationOptions& sigmas, std::uint64_t seed) {
   Random random(seed, kCalibrationStream);
   CalibrationError error;

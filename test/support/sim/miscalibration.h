@@ -9,6 +9,9 @@ namespace plumb::sim {
 /// True values minus those of the file, in the order and units of CalibrationReport.
 using CalibrationError = Eigen::Matrix<double, CalibrationReport::kSize, 1>;
 
+/// What the sensors of a rig that was put together with care, and not calibrated, are off by.
+CalibrationOptions uncalibrated_sensors();
+
 /// One draw of what a filter with these options expects.
 CalibrationError draw_calibration_error(const CalibrationOptions& sigmas, std::uint64_t seed);
 
