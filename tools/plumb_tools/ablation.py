@@ -64,6 +64,7 @@ VARIANTS = (
     Variant("six features around the laser's spot", ("vision.spot_features=6",)),
     Variant("the same with facets only", ("range.feature=0", "vision.spot_features=6")),
     Variant("standstill not seen", ("start.still_image=0.01",)),
+    Variant("the paper's 4 poses and 27 features", (), ("--config", "paper")),
     Variant("every pose stays", ("vision.pose_interval=0",)),
     Variant("visual gate at 95 %", ("vision.gate_probability=0.95",)),
     Variant("pixel noise of 1 px, twice what it is", ("vision.pixel_noise=1",)),

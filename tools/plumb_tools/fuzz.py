@@ -63,7 +63,8 @@ def outcome_of(target: str, text: str) -> Outcome:
         found = re.findall(pattern, text)
         return int(found[-1]) if found else 0
 
-    finding = re.search(r"Test unit written to (\S+)", text)
+    # A slow one is kept by libFuzzer too; on a busy machine any may be.
+    finding = re.search(r"Test unit written to (?!\S*slow-unit-)(\S+)", text)
     return Outcome(
         target,
         last(r"stat::number_of_executed_units: (\d+)"),

@@ -27,6 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 QUIET = """\
 #2\tINITED cov: 11 ft: 12 corp: 1/1b exec/s: 0 rss: 30Mb
 #1048576\tpulse  cov: 262 ft: 819 corp: 196/8046b lim: 4096 exec/s: 262144 rss: 60Mb
+artifact_prefix='findings/fuzz_x-'; Test unit written to findings/fuzz_x-slow-unit-0c11
 Done 1500000 runs in 6 second(s)
 stat::number_of_executed_units: 1500000
 stat::average_exec_per_sec:     250000
