@@ -72,13 +72,13 @@ void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
   for (std::size_t i = state.features.size(); i-- > 0;) {
     const SlamFeature& feature = state.features[i];
     TrackType* track = tracks.find(feature.track_id);
-    const bool evict =
-        feature.consecutive_rejections > options_.max_rejections || feature.ranges_missed > kMaxRangesMissed;
-    if (track != nullptr && evict) {
-      track->banned = true;
+    const bool outlier = feature.consecutive_rejections > options_.max_rejections;
+    const bool misranged = feature.ranges_missed > kMaxRangesMissed;  // no fault of the track: it may start anew
+    if (track != nullptr && (outlier || misranged)) {
+      track->banned = outlier;
       track->use_up();
     }
-    if (evict || track == nullptr || !track->alive) {
+    if (outlier || misranged || track == nullptr || !track->alive) {
       state.remove_feature(i);
     } else {
       track->in_state = true;

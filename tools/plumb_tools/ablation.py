@@ -20,7 +20,7 @@ from plumb_tools.demo.pipeline import ROOT
 from plumb_tools.demo.process import Steps, exit_code
 
 PROGRAM = ROOT / "build" / "flight" / "bin" / "plumb-montecarlo"
-DEFAULT_SCENES = "outdoor_cruise_stepped,hover,descent,excitation"
+DEFAULT_SCENES = "outdoor_cruise_stepped,hover,descent,vertical_descent,excitation"
 DEFAULT_SEEDS = 10
 DEFAULT_OUT = Path("docs/ablation.md")
 DEFAULT_WORK = Path("build/ablation")

@@ -37,6 +37,27 @@ Mat3 world_covariance(const State& state, std::size_t i) {
   return test::congruent(j, dense(state.covariance()));
 }
 
+TEST(FilterState, TheWorldBeginsHereAndNothingElseIsForgotten) {
+  test::for_all(100, [](test::Generator& g) {
+    Case c = any_case(g, 0);
+    State& state = *c.state;
+    while (!state.window().empty()) state.drop_pose(0);
+    const Dense before = dense(state.covariance());
+    const KinematicState motion = state.core.motion;
+    state.begin_world_here(1e-6);
+    const Dense after = dense(state.covariance());
+    EXPECT_EQ(state.core.motion.p_WI_m, Vec3::Zero());
+    EXPECT_EQ(state.core.motion.v_WI_m_s, motion.v_WI_m_s);
+    for (Eigen::Index i = 0; i < after.rows(); ++i) {
+      for (Eigen::Index j = 0; j < after.cols(); ++j) {
+        const auto here = [](Eigen::Index k) { return k >= index(kXiP) && k < index(kXiP) + 3; };
+        const double expected = here(i) || here(j) ? (i == j ? 1e-12 : 0.0) : before(i, j);
+        EXPECT_EQ(after(i, j), expected) << i << ", " << j;
+      }
+    }
+  });
+}
+
 TEST(FilterState, ACloneIsTheCameraOfThisMoment) {
   test::for_all(100, [](test::Generator& g) {
     Case c = any_case(g, 2);
