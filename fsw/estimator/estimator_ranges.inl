@@ -109,7 +109,7 @@ std::optional<typename Estimator<Config>::SpotFeature> Estimator<Config>::featur
   double limit_m = kSpotReach * spot.ray.range_m;
   for (std::size_t i = 0; i < state_.features.size(); ++i) {
     const SlamFeature& feature = state_.features[i];
-    if (!(feature.parameters.z() > 0.0)) continue;
+    if (!feature.ranged || !(feature.parameters.z() > 0.0)) continue;
     const Vec3 p_W_m = feature_in_world(state_.pose(feature.anchor_slot).camera, feature.parameters);
     const double off_m = (p_W_m - spot.p_W_m).cross(spot.beam_W).norm();
     if (!(off_m < limit_m)) continue;
@@ -150,7 +150,7 @@ template <class Config>
 bool Estimator<Config>::give_to_track(const LaserSpot& spot, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
   if (!stays(t) || (!spot.moves && !ranges_agree())) return false;
-  double nearest = spot.moves ? kNear * options_.vision.pixel_noise_px / calibration_.focal_px : kSpotReach;
+  double nearest = kNear * options_.vision.pixel_noise_px / calibration_.focal_px;
   typename Table::TrackType* taker = nullptr;
   for (auto& track : tracks_.tracks()) {
     if (!track.alive || track.in_state || track.banned || track.range || track.samples.empty()) continue;
