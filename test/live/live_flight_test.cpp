@@ -69,7 +69,9 @@ LiveFlight fly(
   halfway();
   std::this_thread::sleep_for(half);
   const int exit_code = program.stop();
-  return {.output = program.output(), .exit_code = exit_code};
+  const std::string output = program.output();
+  std::printf("%s", output.c_str());  // how punctual it was: docs/executive.md has the figures of longer flights
+  return {.output = output, .exit_code = exit_code};
 }
 
 TEST(LiveFlight, ReplaysBitByBit) {
