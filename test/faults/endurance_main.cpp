@@ -29,7 +29,8 @@ int main_of(int argc, char** argv) {
       "Flies the tasks of plumb-fsw on a simulated clock at full speed, twice side by side with computers of different "
       "speed. Fails when memory grows, time slips or a hash differs.",
       "endurance");
-  app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")->check(CLI::Range(10.0, 1e6));
+  app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")
+      ->check(CLI::Range(10.0, 1e6));
   try {
     app.parse(argc, argv);
     constexpr double kSettled_s = 60.0;

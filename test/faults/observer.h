@@ -14,7 +14,7 @@ namespace plumb::faults {
 
 /// One NAV_OUTPUT against the truth.
 struct SeenOutput {
-  double t_s = 0.0;  ///< when it was told, since the flight began
+  double t_s = 0.0;    ///< when it was told, since the flight began
   double age_s = 0.0;  ///< of the sample that it is for, when it was told
   bool valid = false;
   NavMode mode = NavMode::kInitialising;

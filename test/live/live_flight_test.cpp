@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "test/live/emulated_vehicle.h"
 #include "test/live/flight_program.h"
@@ -63,13 +63,30 @@ struct LiveFlight {
   int exit_code = -1;
 };
 
+/// Threads that only burn time.
+class Load {
+ public:
+  explicit Load(unsigned threads) {
+    for (unsigned i = 0; i < threads; ++i) {
+      threads_.emplace_back([](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+        }
+      });
+    }
+  }
+
+ private:
+  std::vector<std::jthread> threads_;
+};
+
 /// `niceness`: 0 is the system's usual share of its time, 19 the least. `halfway`: what is done in the middle of the
-/// flight.
+/// flight. `load`: threads that burn time beside it.
 LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
-    const std::function<void()>& halfway = [] {}) {
+    const std::function<void()>& halfway = [] {}, unsigned load = 0) {
   const double length_s = flight_length_s();
   const EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
+  const Load burning(load);
   const fs::path config = folder / "flight.yaml";
   std::ofstream(config) << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), folder / "flight.lcm",
                                                 "socket: " + (folder / "camera").string(), more);
@@ -114,20 +131,11 @@ TEST(LiveFlight, ReplaysBitByBit) {
 // Threads that only burn time, beside a flight that has no priority at all.
 TEST(LiveFlight, ReplaysBitByBitWhenTheMachineIsTooSlow) {
   const TemporaryFolder folder;
-  std::atomic<bool> over{false};
-  std::vector<std::jthread> load;
-  for (unsigned i = 0; i < 4 * std::thread::hardware_concurrency(); ++i) {
-    load.emplace_back([&over] {
-      while (!over.load(std::memory_order_relaxed)) {
-      }
-    });
-  }
-  const LiveFlight flight = fly(folder.path(), "",
-                                "threads:\n  imu: {priority: 0}\n  tick: {priority: 0}\n  camera: {priority: 0}\n"
-                                "  nav: {priority: 0}\n",
-                                5);
-  over = true;
-  load.clear();
+  const LiveFlight flight = fly(
+      folder.path(), "",
+      "threads:\n  imu: {priority: 0}\n  tick: {priority: 0}\n  camera: {priority: 0}\n"
+      "  nav: {priority: 0}\n",
+      5, [] {}, 4 * std::thread::hardware_concurrency());
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_GT(number_after(flight.output, "results late "), 0) << "not slow enough to show anything: " << flight.output;
   expect_equal_replays(folder.path());
