@@ -20,7 +20,7 @@ void ImuTask::run_once() {
   if (status == Status::kNotReady) port_.record_silence(now);
   state_.store(device_.protocol().state(), std::memory_order_relaxed);
   for (const ImuSample& sample : completed_) {
-    static_cast<void>(rings_.imu.push(sample));  // a full ring counts
+    static_cast<void>(rings_.imu.push({.sample = sample, .t_arrival = device_.arrived()}));  // a full ring counts
     count(samples_);
   }
   if (!completed_.empty()) wake_tick_.wake();

@@ -320,6 +320,11 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   static_cast<unsigned long long>(account.overruns()), static_cast<unsigned long long>(account.slips()));
     summary.lines.emplace_back(line);
   }
+  const LatencyHistogram& latency = tick->imu_latency();
+  std::snprintf(line, sizeof line, "IMU sample to output: %llu, median %.0f us, 99.9 %% %.0f us, longest %.0f us",
+                static_cast<unsigned long long>(latency.count()), 1e6 * latency.permille(500).seconds(),
+                1e6 * latency.permille(999).seconds(), 1e6 * latency.max().seconds());
+  summary.lines.emplace_back(line);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);

@@ -14,6 +14,7 @@ Status Device::poll(Time now, Duration timeout, Samples& samples) {
   const Result<SerialChunk> chunk = port_.read(buffer_, timeout);
   if (chunk.status() == Status::kNotReady) protocol_.feed({}, now, samples);
   if (!chunk) return chunk.status();
+  t_arrived_ = chunk->t;
   protocol_.feed(std::span(buffer_).first(chunk->size), chunk->t, samples);
   return Status::kOk;
 }

@@ -19,6 +19,8 @@ class Device {
   /// kNotReady: no byte came. kRejected: the line is gone; the port has the reason.
   Status poll(Time now, Duration timeout, Samples& samples);
 
+  /// When the bytes of the newest poll() that found any were read from the line, on the flight clock.
+  Time arrived() const { return t_arrived_; }
   const Protocol& protocol() const { return protocol_; }
 
  private:
@@ -27,6 +29,7 @@ class Device {
   SerialPort& port_;
   Protocol protocol_;
   Time t_request_ = Time::never();
+  Time t_arrived_ = Time::never();
   std::array<std::uint8_t, kMaxChunkBytes> buffer_{};
 };
 

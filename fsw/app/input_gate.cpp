@@ -50,10 +50,12 @@ void InputGate::decide_handover() {
 // More than a frame holds stays in the ring for the next tick.
 void InputGate::take_samples() {
   frame_.imu.clear();
-  ImuSample imu;
+  arrivals_.clear();
+  ReceivedImu imu;
   while (!frame_.imu.full() && rings_.imu.pop(imu)) {
-    static_cast<void>(frame_.imu.push_back(imu));
-    newest_imu_ = imu.t;
+    static_cast<void>(frame_.imu.push_back(imu.sample));
+    static_cast<void>(arrivals_.push_back(imu.t_arrival));
+    newest_imu_ = imu.sample.t;
   }
   frame_.range.clear();
   RangeSample range;

@@ -29,6 +29,9 @@ class InputGate {
   void order();
 
   const InputFrame& frame() const { return frame_; }
+  using Arrivals = FixedVector<Time, kMaxImuPerFrame>;
+  /// When each IMU sample of the frame came. Of the machine, so no part of the frame.
+  const Arrivals& arrivals() const { return arrivals_; }
   /// Of the newest result that came back. Its state is in force from the tick whose handover is kReleased.
   const NavAnswer& answer() const { return answer_; }
   /// Whether the answer came in this tick.
@@ -50,6 +53,7 @@ class InputGate {
   NavLink& link_;
   const ParameterStore& parameters_;
   InputFrame frame_;
+  Arrivals arrivals_;
   std::uint64_t next_tick_ = 0;
   Time newest_imu_ = Time::never();
   bool busy_ = false;  ///< an image is with the nav job, or its result is not released yet

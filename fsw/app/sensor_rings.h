@@ -24,6 +24,12 @@ struct StoredImage {
   }
 };
 
+/// A sample, and when its last byte was read from the line: its own stamp is of when it was measured.
+struct ReceivedImu {
+  ImuSample sample;
+  Time t_arrival;
+};
+
 struct SensorRings {
   /// One is filled, one on its way, one waits, one is worked on.
   static constexpr std::size_t kImageSlots = 4;
@@ -32,7 +38,7 @@ struct SensorRings {
     for (std::uint8_t slot = 0; slot < kImageSlots; ++slot) static_cast<void>(empty.push(slot));
   }
 
-  SpscRing<ImuSample, 512> imu;  ///< 2 s at 250 Hz
+  SpscRing<ReceivedImu, 512> imu;  ///< 2 s at 250 Hz
   SpscRing<RangeSample, 64> range;
   SpscRing<Command, 16> commands;
   SpscRing<StoredImage, kImageSlots> images;  ///< camera to tick

@@ -49,6 +49,8 @@ void TickTask::publish() {
   answer_commands();
   for (const Event& event : output_.events()) tell(event);
   for (const PredictedState& state : output_.predicted()) send(channel::kNavOutput, state);
+  const Time now = clock_.now();
+  for (const Time t_arrival : gate_.arrivals()) imu_latency_.add(now - t_arrival);
 }
 
 void TickTask::answer_commands() {
@@ -109,6 +111,10 @@ void TickTask::publish_health() {
   send(channel::kNavHealth, health);
   ScheduleRecord schedule;
   schedule.t = t;
+  schedule.imu_latency = {.count = imu_latency_.count(),
+                          .median = imu_latency_.permille(500),
+                          .permille_999 = imu_latency_.permille(999),
+                          .max = imu_latency_.max()};
   for (std::size_t job = 0; job < kFlightSchedule.size(); ++job) {
     const Status added = schedule.jobs.push_back(
         {.name = kFlightSchedule[job].name, .budget = kFlightSchedule[job].budget, .account = dispatcher_.of(job)});

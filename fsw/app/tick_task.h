@@ -7,6 +7,7 @@
 #include "fsw/app/publisher.h"
 #include "fsw/app/record_log.h"
 #include "fsw/schedule/dispatcher.h"
+#include "fsw/schedule/latency_histogram.h"
 #include "fsw/telemetry/command_messages.h"
 #include "fsw/telemetry/executive_messages.h"
 #include "hal/include/clock.h"
@@ -56,6 +57,8 @@ class TickTask {
   const OutputPredictor& predictor() const { return output_.predictor(); }
   const ParameterStore& parameters() const { return output_.parameters(); }
   const JobAccount& account(FlightJob job) const { return dispatcher_.of(job); }
+  /// From the arrival of each IMU sample until the output of its tick was handed to telemetry and log.
+  const LatencyHistogram& imu_latency() const { return imu_latency_; }
 
  private:
   void run_job(std::size_t job);
@@ -84,6 +87,7 @@ class TickTask {
   RecordLog log_;
   Publisher publisher_;
   Dispatcher<kFlightSchedule> dispatcher_;
+  LatencyHistogram imu_latency_;
   TickPacer pacer_;
   std::uint64_t tick_ = 0;
   Throttle late_throttle_{JobAccount::kBurst, JobAccount::kToldPeriod};

@@ -38,6 +38,10 @@ Result<std::size_t> encode(const ScheduleRecord& schedule, MessageBuffer buffer)
   schedule_t message{};
   static_assert(std::size(decltype(message.jobs){}) == kMaxJobs, "navigation.lcm has room for every job");
   message.time_ns = schedule.t.ns();
+  message.imu_samples = static_cast<std::int64_t>(schedule.imu_latency.count);
+  message.imu_latency_median_ns = schedule.imu_latency.median.ns();
+  message.imu_latency_999_ns = schedule.imu_latency.permille_999.ns();
+  message.imu_latency_max_ns = schedule.imu_latency.max.ns();
   message.count = static_cast<std::int32_t>(schedule.jobs.size());
   for (std::size_t i = 0; i < schedule.jobs.size(); ++i) {
     const JobRecord& job = schedule.jobs[i];

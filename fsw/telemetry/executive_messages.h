@@ -33,8 +33,17 @@ struct JobRecord {
 
 inline constexpr std::size_t kMaxJobs = 8;
 
+/// How long something took since start-up, to 3 %.
+struct LatencyRecord {
+  std::uint64_t count = 0;
+  Duration median;
+  Duration permille_999;  ///< 99.9 % took no longer
+  Duration max;
+};
+
 struct ScheduleRecord {
   Time t;
+  LatencyRecord imu_latency;  ///< from the arrival of an IMU sample to the output of its tick
   FixedVector<JobRecord, kMaxJobs> jobs;
 };
 

@@ -14,15 +14,20 @@ constexpr std::int64_t kOnBefore_ns = 2'000'000'000;
 
 double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
-// The images of every flight are the same, and cost more than the flight software.
-const std::vector<std::uint8_t>& image_of(std::int64_t number) {
+std::map<std::int64_t, std::vector<std::uint8_t>>& images_made() {
   static std::map<std::int64_t, std::vector<std::uint8_t>> made;
-  auto [place, is_new] = made.try_emplace(number);
+  return made;
+}
+
+const std::vector<std::uint8_t>& image_of(std::int64_t number) {
+  auto [place, is_new] = images_made().try_emplace(number);
   if (is_new) place->second = test::PlaneFlight(0.0).image(seconds(number * SimulatedCamera::kPeriod_ns));
   return place->second;
 }
 
 }  // namespace
+
+void forget_images() { images_made().clear(); }
 
 SimulatedImu::SimulatedImu(const test::PlaneFlight& flight, std::int64_t t_start_ns)
     : unit_({}, t_start_ns - kOnBefore_ns, 1), t_ns_(t_start_ns) {

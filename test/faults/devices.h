@@ -87,6 +87,9 @@ class SimulatedImu final : public SerialPort {
   emulator::Bytes held_;
 };
 
+/// Images are kept, because those of every flight are the same and cost more than the flight software. Frees them.
+void forget_images();
+
 class SimulatedCamera final : public CameraPort {
  public:
   static constexpr std::int64_t kPeriod_ns = 50'000'000;

@@ -76,6 +76,7 @@ void Observer::see_output(std::span<const std::uint8_t> message) {
   const auto said = decoded<nav_output_t>(message);
   const double t_world_s = world_s(said.time_ns);
   SeenOutput output{.t_s = told_s(t_world_s),
+                    .age_s = told_s(t_world_s) - (t_world_s - t_start_s_),
                     .valid = said.valid != 0,
                     .mode = static_cast<NavMode>(said.mode),
                     .reliable_for_s = said.reliable_for_s,

@@ -14,7 +14,8 @@ namespace plumb::faults {
 
 /// One NAV_OUTPUT against the truth.
 struct SeenOutput {
-  double t_s = 0.0;  ///< when it was told, since the flight began
+  double t_s = 0.0;    ///< when it was told, since the flight began
+  double age_s = 0.0;  ///< of the sample that it is for, when it was told
   bool valid = false;
   NavMode mode = NavMode::kInitialising;
   double reliable_for_s = 0.0;
@@ -50,6 +51,11 @@ class Observer final : public TelemetrySink {
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
 
   const SeenFlight& seen() const { return seen_; }
+  void forget() {
+    seen_.outputs.clear();
+    seen_.events.clear();
+    seen_.state_hashes.clear();
+  }
 
  private:
   using Vector = std::array<double, 3>;

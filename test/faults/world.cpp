@@ -71,7 +71,12 @@ Status World::SlowTracker::track(const CameraFrame& frame, const MotionPredictio
 
 void World::fly(double length_s, std::vector<Action> actions) {
   actions_ = std::move(actions);
-  const std::int64_t t_end_ns = kStart_ns + Duration::from_seconds(length_s).ns();
+  fly_until(length_s);
+  finish();
+}
+
+void World::fly_until(double t_s) {
+  const std::int64_t t_end_ns = kStart_ns + Duration::from_seconds(t_s).ns();
   while (t_ns_ < t_end_ns) {
     if (host_.tick_hangs) {
       step();
@@ -79,7 +84,6 @@ void World::fly(double length_s, std::vector<Action> actions) {
       tick_.run_once();
     }
   }
-  finish();
 }
 
 void World::step() {

@@ -47,6 +47,9 @@ class World {
 
   /// Flies for so long, once. `actions` in order of time.
   void fly(double length_s, std::vector<Action> actions);
+  /// As fly(), piece by piece and without actions: on to a time since the flight began, and at last to its end.
+  void fly_until(double t_s);
+  void finish();
 
   SimulatedImu& imu() { return imu_; }
   CameraFaults& camera() { return camera_.faults; }
@@ -62,6 +65,10 @@ class World {
   void send_command(std::span<const std::uint8_t> message);
 
   const SeenFlight& seen() const { return observer_.seen(); }
+  /// What is seen from now on. Long flights need it, to stay within their memory.
+  void forget_seen() { observer_.forget(); }
+  const JobAccount& account(FlightJob job) const { return tick_.account(job); }
+  const GateCounters& gate() const { return tick_.gate().counters(); }
   std::uint64_t log_records_lost() const { return writer_.dropped(); }
   /// No slot was left for an image, or a ring was full.
   std::uint64_t inputs_lost() const;
@@ -108,7 +115,6 @@ class World {
   void step();
   void run_devices();
   void run_nav(bool at_once);
-  void finish();
 
   static constexpr std::int64_t kStart_ns = 100'000'000'000;
   static constexpr std::int64_t kStep_ns = 500'000;

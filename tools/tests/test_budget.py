@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plumb_tools.budget.__main__ import BUDGETS, Budget, accept, read_budgets, verdict
-from plumb_tools.budget.figures import Figure, replayed, sections, stacks
+from plumb_tools.budget.figures import Figure, replayed, sections, stacks, threads
 from plumb_tools.demo.pipeline import ROOT
 from plumb_tools.trajectory import InputError
 
@@ -23,9 +23,16 @@ def _wrong(figures: list[Figure]) -> dict[str, str]:
 def test_memory_and_stacks_are_within_budget() -> None:
     figures = [*sections(BUILD), *stacks(BUILD)]
     assert {figure.key for figure in figures} == {
-        key for key in read_budgets(BUDGETS) if not key.startswith(("heap.", "memory.", "arm64."))
+        key for key in read_budgets(BUDGETS) if not key.startswith(("heap.", "memory.", "arm64.", "thread."))
     }
     assert _wrong(figures) == {}
+
+
+def test_every_thread_has_a_budget_for_its_stack() -> None:
+    said = "memory at most 9 MiB\nthread imu    stack used 8168 of 262144 bytes\nthread nav    stack used 999999 of 9 bytes\n"
+    figures = list(threads(said))
+    assert [(figure.key, figure.value) for figure in figures] == [("thread.imu", 8168.0), ("thread.nav", 999999.0)]
+    assert _wrong(figures) == {"thread.nav": "over budget"}
 
 
 def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> None:

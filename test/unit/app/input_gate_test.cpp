@@ -15,10 +15,12 @@ constexpr std::uint32_t kLogical = kFlightSchedule[kJobNav].logical_ticks;
 /// The gate between device threads and a nav job that the test plays.
 class InputGateTest : public ::testing::Test {
  protected:
+  static constexpr double kArrival_ms = 0.5;
+
   static Time at_ms(double ms) { return Time::from_seconds(1000.0 + 1e-3 * ms); }
 
   void imu(double ms) {
-    ASSERT_EQ(rings_->imu.push({.t = at_ms(ms), .gyro_rad_s = {}, .accel_m_s2 = {}}), Status::kOk);
+    ASSERT_EQ(rings_->imu.push({.sample = {.t = at_ms(ms)}, .t_arrival = at_ms(ms + kArrival_ms)}), Status::kOk);
   }
   /// The camera's thread. False: no empty slot.
   bool camera(double ms, std::uint32_t sequence) {
@@ -75,6 +77,19 @@ TEST_F(InputGateTest, ReleasesALateResultInTheTickThatFindsIt) {
   answer();
   EXPECT_EQ(tick().handover, Handover::kReleased);
   EXPECT_EQ(gate_.counters().results_late, 1U);
+}
+
+TEST_F(InputGateTest, KeepsTheArrivalOfEverySampleBesideTheFrame) {
+  constexpr std::size_t kMore = 3;
+  for (std::size_t i = 0; i < kMaxImuPerFrame + kMore; ++i) imu(0.1 * static_cast<double>(i));
+  for (const std::size_t samples : {kMaxImuPerFrame, kMore, std::size_t{0}}) {
+    const InputFrame& frame = tick(false);
+    ASSERT_EQ(frame.imu.size(), samples);
+    ASSERT_EQ(gate_.arrivals().size(), samples);
+    for (std::size_t i = 0; i < samples; ++i) {
+      EXPECT_EQ(gate_.arrivals()[i], frame.imu[i].t + Duration::from_seconds(1e-3 * kArrival_ms));
+    }
+  }
 }
 
 TEST_F(InputGateTest, AnImageWaitsForTheImuToReachIt) {

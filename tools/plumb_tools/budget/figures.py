@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plumb_tools.demo.pipeline import ROOT, replay_summary
+from plumb_tools.demo.process import StepFailed
 
 PROCESS = "plumb-fsw"
 #: Folders of the flight software whose code is counted, each with its library in the build.
@@ -56,6 +58,22 @@ def stacks(build: Path) -> Iterator[Figure]:
                 unbounded += kind == "dynamic"
     yield Figure("stack.frame", "largest stack frame of a function", float(deepest))
     yield Figure("stack.unbounded", "functions whose frame the compiler cannot bound", float(unbounded))
+
+
+def threads(text: str) -> Iterator[Figure]:
+    """How deep the stack of each thread was, by what plumb-fsw says at the end of a flight."""
+    for name, used in re.findall(r"^thread (\w+) +stack used (\d+) of", text, re.MULTILINE):
+        yield Figure(f"thread.{name}", f"thread {name}: stack used", float(used))
+
+
+def flown(build: Path) -> list[Figure]:
+    """The threads of plumb-fsw on a short live flight with emulated devices."""
+    command = [str(build / "test" / "test_live"), "--gtest_filter=LiveFlight.ReplaysBitByBit"]
+    flight = subprocess.run(command, capture_output=True, text=True, check=False)
+    figures = list(threads(flight.stdout))
+    if flight.returncode != 0 or not figures:
+        raise StepFailed(f"{' '.join(command)} failed:\n{flight.stdout}{flight.stderr}")
+    return figures
 
 
 def replayed(recording: Path) -> Iterator[Figure]:

@@ -39,7 +39,12 @@ class Stim300Device : public ::testing::Test {
     Status status = Status::kNotReady;
     while (clock_now() < end && !enough()) {
       stim300::Samples samples;
-      status = device_->poll(clock_now(), Duration::from_ms(10), samples);
+      const Time before = clock_now();
+      status = device_->poll(before, Duration::from_ms(10), samples);
+      if (!samples.empty()) {
+        EXPECT_GE(device_->arrived(), before);
+        EXPECT_LE(device_->arrived(), clock_now());
+      }
       samples_.insert(samples_.end(), samples.begin(), samples.end());
       if (status == Status::kRejected) return status;
     }

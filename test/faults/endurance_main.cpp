@@ -1,0 +1,58 @@
+// Flies for hours at full speed. Exit code 0: nothing grew, slipped or differed, 1: something did, 2: bad arguments.
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+
+#include "test/faults/endurance.h"
+
+namespace plumb::faults {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void print(const EnduranceReport& report, Clock::time_point start) {
+  const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
+  std::printf(
+      "%6.0f s flown in %5.0f s: %llu states compared, %llu unequal, memory %.2f MiB, grown %lld bytes, "
+      "output %.2f to %.2f ms after its sample\n",
+      report.flown_s, spent_s, static_cast<unsigned long long>(report.states),
+      static_cast<unsigned long long>(report.unequal), static_cast<double>(report.resident_bytes) / 1048576.0,
+      static_cast<long long>(report.growth_bytes), 1e3 * report.shortest_age_s, 1e3 * report.longest_age_s);
+  std::fflush(stdout);
+}
+
+int main_of(int argc, char** argv) {
+  double length_s = 7200.0;
+  CLI::App app(
+      "Flies the tasks of plumb-fsw on a simulated clock at full speed, twice side by side with computers of different "
+      "speed. Fails when memory grows, time slips or a hash differs.",
+      "endurance");
+  app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")
+      ->check(CLI::Range(10.0, 1e6));
+  try {
+    app.parse(argc, argv);
+    constexpr double kSettled_s = 60.0;
+    const Clock::time_point start = Clock::now();
+    const EnduranceReport report = fly_endurance(length_s, std::min(kSettled_s, 0.5 * length_s),
+                                                 [&](const EnduranceReport& so_far) { print(so_far, start); });
+    print(report, start);
+    const std::vector<std::string> faults = report.faults();
+    for (const std::string& fault : faults) std::fprintf(stderr, "endurance: %s\n", fault.c_str());
+    return faults.empty() ? 0 : 1;
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "endurance: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "endurance: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace plumb::faults
+
+int main(int argc, char** argv) { return plumb::faults::main_of(argc, argv); }
