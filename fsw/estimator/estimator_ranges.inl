@@ -127,8 +127,8 @@ bool Estimator<Config>::tracks_serve(Time t) const {
   return last_ranged_track_t_ != Time::never() && (t - last_ranged_track_t_).seconds() <= options_.range.facet_after_s;
 }
 
-/// Whether tracks with a range are about to tell the scale: they have been of use lately, or the filter has just
-/// started. Straight down none is, and only facets between features of the state can.
+/// Whether tracks or features with a range are about to tell the scale: they have been of use lately, or the filter has
+/// just started. Where there is nothing to follow at the laser's spot, only facets between features of the state can.
 template <class Config>
 bool Estimator<Config>::ranges_tell_scale(Time t) const {
   constexpr double kWait_s = 2.0;
@@ -145,7 +145,8 @@ bool Estimator<Config>::ranges_agree() const {
 }
 
 /// Gives the range to the track that the image at t starts at the laser's spot; an old one nearby may be a corner at an
-/// edge. One that stands a little off has another depth, by the slope of the ground: that goes into the noise.
+/// edge. Where the laser stays there may be no room for a new one, and an old one must be as near. One that stands a
+/// little off has another depth, by the slope of the ground: that goes into the noise.
 template <class Config>
 bool Estimator<Config>::give_to_track(const LaserSpot& spot, Time t) {
   constexpr double kNear = 3.0;  // sigmas of an observation
