@@ -130,8 +130,8 @@ class Estimator {
   std::optional<SpotFeature> feature_at(const LaserSpot& spot) const;
   bool ranges_agree() const;
   bool give_to_track(const LaserSpot& spot, Time t);
-  Status fuse_on_feature(const RangeSample& range, const SpotFeature& feature);
-  Status fuse_on_facet(const RangeSample& range);
+  /// With the feature at the laser's spot, or without one with the facet under the beam.
+  Status compare_range(const RangeSample& range, const std::optional<SpotFeature>& feature);
   void propagate_to(Time t);
   void coast();
   /// Whether the pose of the image at t is to stay in the window: at high image rates not all do, so that the window

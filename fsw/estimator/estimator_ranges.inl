@@ -196,29 +196,22 @@ RangeSample Estimator<Config>::take_range() {
 }
 
 template <class Config>
-Status Estimator<Config>::fuse_on_feature(const RangeSample& range, const SpotFeature& feature) {
+Status Estimator<Config>::compare_range(const RangeSample& range, const std::optional<SpotFeature>& feature) {
   {
     StageScope scope(observer_, Stage::kPropagation);
     propagate_to(range.t);
   }
   StageScope scope(observer_, Stage::kRange);
-  const Status status = range_.fuse_on_feature(state_, stack_, feature.index, feature.off_m, range.range_m, report_);
+  const Status status =
+      feature ? range_.fuse_on_feature(state_, stack_, feature->index, feature->off_m, range.range_m, report_)
+              : range_.fuse(state_, stack_, range.range_m, report_);
   const bool used = report_.range_outcome == RangeOutcome::kUsed;
-  int& missed = state_.features[feature.index].ranges_missed;
-  missed = used ? 0 : missed + 1;
-  if (used) last_range_t_ = last_ranged_track_t_ = range.t;
-  return status;
-}
-
-template <class Config>
-Status Estimator<Config>::fuse_on_facet(const RangeSample& range) {
-  {
-    StageScope scope(observer_, Stage::kPropagation);
-    propagate_to(range.t);
+  if (used) last_range_t_ = range.t;
+  if (feature) {
+    if (used) last_ranged_track_t_ = range.t;
+    int& missed = state_.features[feature->index].ranges_missed;
+    missed = used ? 0 : missed + 1;
   }
-  StageScope scope(observer_, Stage::kRange);
-  const Status status = range_.fuse(state_, stack_, range.range_m, report_);
-  if (report_.range_outcome == RangeOutcome::kUsed) last_range_t_ = range.t;
   return status;
 }
 
@@ -236,13 +229,13 @@ Status Estimator<Config>::fuse_ranges_until(Time t, bool including) {
     const std::optional<SpotFeature> feature = spot && !spot->moves ? feature_at(*spot) : std::nullopt;
     Status status = Status::kOk;
     if (feature) {
-      status = fuse_on_feature(range, *feature);
+      status = compare_range(range, feature);
     } else if (spot && give_to_track(*spot, t)) {
       report_.range_outcome = RangeOutcome::kFeature;
     } else if (fresh && tracks_serve(range.t)) {
       report_.range_outcome = RangeOutcome::kSpare;
     } else if (fresh) {
-      status = fuse_on_facet(range);
+      status = compare_range(range, std::nullopt);
     }
     if (!ok(status)) return status;
     count_range(counters_, report_.range_outcome);

@@ -342,16 +342,15 @@ void VisualUpdate<Config>::start_ranged(State& state, Table& tracks, FrameReport
   for (std::size_t n = 0; n < kMaxStarts && ranged_places(state) > 0; ++n) {
     TrackType* track = best_for_start(tracks, waits);
     if (track == nullptr) return;
-    const TrackRange range = *track->range;
-    const std::size_t anchor = state.slot_of(range.sequence);
-    const auto* seen = std::find_if(track->samples.begin(), track->samples.end(),
-                                    [&](const TrackSample& sample) { return sample.sequence == range.sequence; });
-    if (anchor == Config::kMaxPoses || seen == track->samples.end()) {
+    const Views views = views_of(state, *track);
+    const std::optional<KnownDepth> known = known_depth(state, *track, views);
+    if (!known) {
       track->range.reset();
       continue;
     }
-    const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, range.sigma_1_m * range.sigma_1_m);
-    const SlamFeature feature{track->id, anchor, {seen->z.x(), seen->z.y(), range.rho_1_m}, 0, true};
+    const View& there = views[known->view];
+    const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, known->sigma_1_m * known->sigma_1_m);
+    const SlamFeature feature{track->id, there.pose_slot, {there.z.x(), there.z.y(), known->rho_1_m}, 0, true};
     if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
     track->in_state = true;
     spread_.add(track->samples.back().z);

@@ -1,10 +1,11 @@
 // Flies for hours at full speed. Exit code 0: nothing grew, slipped or differed, 1: something did, 2: bad arguments.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 
+#include "test/faults/command_line.h"
 #include "test/faults/endurance.h"
 
 namespace plumb::faults {
@@ -31,8 +32,7 @@ int main_of(int argc, char** argv) {
       "endurance");
   app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")
       ->check(CLI::Range(10.0, 1e6));
-  try {
-    app.parse(argc, argv);
+  return run_command_line(app, argc, argv, [&length_s] {
     constexpr double kSettled_s = 60.0;
     const Clock::time_point start = Clock::now();
     const EnduranceReport report = fly_endurance(length_s, std::min(kSettled_s, 0.5 * length_s),
@@ -41,15 +41,7 @@ int main_of(int argc, char** argv) {
     const std::vector<std::string> faults = report.faults();
     for (const std::string& fault : faults) std::fprintf(stderr, "endurance: %s\n", fault.c_str());
     return faults.empty() ? 0 : 1;
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "endurance: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "endurance: %s\n", error.what());
-    return 1;
-  }
+  });
 }
 
 }  // namespace

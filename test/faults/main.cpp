@@ -3,9 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <fstream>
+#include <stdexcept>
 
+#include "test/faults/command_line.h"
 #include "test/faults/fault_table.h"
 #include "test/faults/matrix_page.h"
 #include "test/faults/process_faults.h"
@@ -81,18 +82,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--only", arguments.only, "run these faults only, separated by commas")->delimiter(',');
   app.add_option("--out", arguments.out, "write the matrix to this Markdown file as well");
   app.add_option("--keep", arguments.keep, "folder that keeps the log of each simulated flight");
-  try {
-    app.parse(argc, argv);
-    return run(arguments);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "faults: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "faults: %s\n", error.what());
-    return 1;
-  }
+  return run_command_line(app, argc, argv, [&arguments] { return run(arguments); });
 }
 
 }  // namespace

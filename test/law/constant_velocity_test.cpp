@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -71,23 +70,15 @@ std::vector<Run> fly_and_check_scale(const char* scene_name) {
   return range_vio;
 }
 
-struct Part {
-  const char* name;
-  double Nees::* member;
-};
-
-constexpr std::array kParts = {Part{"position", &Nees::position}, Part{"velocity", &Nees::velocity},
-                               Part{"attitude", &Nees::attitude}};
-
 /// Errors are correlated in time but not from run to run, so the mean over the runs at a fixed instant is chi-square
 /// with 3 degrees of freedom per run. Twelve such means are looked at: all of them are within these bounds with the
 /// confidence asked for. Their mean over the instants, which shows a covariance that is wrong throughout much sooner,
 /// scatters no more than that of one instant.
 void expect_consistent(const std::vector<Run>& runs) {
   constexpr double kInstants = kCheckpoints.size();
-  const Interval at_any = nees_bounds(std::pow(kConfidence, 1.0 / (kInstants * kParts.size())), 3, kRuns);
+  const Interval at_any = nees_bounds(std::pow(kConfidence, 1.0 / (kInstants * kNeesOfVectors.size())), 3, kRuns);
   const Interval throughout = nees_bounds(kConfidence, 3, kRuns);
-  for (const Part& part : kParts) {
+  for (const NeesPart& part : kNeesOfVectors) {
     double sum = 0.0;
     for (std::size_t checkpoint = 0; checkpoint < kCheckpoints.size(); ++checkpoint) {
       const SignedMean mean = mean_of(runs, [&](const Accuracy& a) { return a.nees[checkpoint].*part.member; });

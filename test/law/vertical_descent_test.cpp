@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -25,15 +24,9 @@ TEST(VerticalDescent, RangesOfOneSpotTellTheScaleAndHowWellItIsKnown) {
     EXPECT_FALSE(run.accuracy.diverged) << "seed " << run.seed;
     EXPECT_LT(std::abs(run.accuracy.cruise_scale_percent), kMaxScaleError_percent) << "seed " << run.seed;
   }
-  struct Part {
-    const char* name;
-    double Nees::* member;
-  };
-  constexpr std::array kParts = {Part{"position", &Nees::position}, Part{"velocity", &Nees::velocity},
-                                 Part{"attitude", &Nees::attitude}};
-  const double looked_at = kParts.size() * kCheckpoints.size();
+  const double looked_at = kNeesOfVectors.size() * kCheckpoints.size();
   const Interval bounds = nees_bounds(std::pow(0.95, 1.0 / looked_at), 3, kRuns);
-  for (const Part& part : kParts) {
+  for (const NeesPart& part : kNeesOfVectors) {
     for (std::size_t i = 0; i < kCheckpoints.size(); ++i) {
       const SignedMean mean = mean_of(runs, [&](const Accuracy& a) { return a.nees[i].*part.member; });
       std::printf("  NEES %s at %.0f %%: %.2f, at most %.2f\n", part.name, 100.0 * kCheckpoints[i], mean.value,

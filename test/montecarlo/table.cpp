@@ -37,18 +37,6 @@ constexpr std::array<Metric, 16> kMetrics = {{
     {"NIS on a facet", "ideal 1", "range_nis", [](const Accuracy& a) { return a.range_nis; }},
 }};
 
-struct NeesPart {
-  const char* name;
-  const char* csv_name;
-  int dof;
-  double Nees::* member;
-};
-
-constexpr std::array<NeesPart, 4> kNeesParts = {{{"position", "position", 3, &Nees::position},
-                                                 {"velocity", "velocity", 3, &Nees::velocity},
-                                                 {"attitude", "attitude", 3, &Nees::attitude},
-                                                 {"all nine", "joint", 9, &Nees::joint}}};
-
 template <typename... Args>
 std::string format(const char* pattern, Args... args) {
   std::array<char, 256> text{};
@@ -88,8 +76,9 @@ void print_nees(std::ostream& out, const char* name, const std::vector<Run>& run
       cells += format("%8.2f%c", mean.value, bounds.contains(mean.value) ? ' ' : '*');
     }
     const SignedMean over_time = mean_of(runs, [&](const Accuracy& a) { return a.mean_nees.*part.member; });
-    out << format("    %-13s %4d   %5.2f .. %5.2f ", part.name, part.dof, bounds.low, bounds.high) << cells
-        << format("%10.2f\n", over_time.value);
+    out << format("    %-13s %4d   %5.2f .. %5.2f ", part.dof == 9 ? "all nine" : part.name, part.dof, bounds.low,
+                  bounds.high)
+        << cells << format("%10.2f\n", over_time.value);
   }
 }
 
@@ -120,7 +109,7 @@ void print_csv_header(std::ostream& out) {
   out << "scene,filter,seed,started,diverged";
   for (const Metric& metric : kMetrics) out << ',' << metric.csv_name;
   for (const double share : kCheckpoints) {
-    for (const NeesPart& part : kNeesParts) out << format(",nees_%s_%.0f", part.csv_name, 100.0 * share);
+    for (const NeesPart& part : kNeesParts) out << format(",nees_%s_%.0f", part.name, 100.0 * share);
   }
   out << ",cpu_s,state_hash\n";
 }

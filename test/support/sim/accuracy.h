@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "test/support/sim/flight_log.h"
 
@@ -30,6 +31,18 @@ struct Nees {
   double attitude = 0.0;
   double joint = 0.0;  ///< 9 degrees of freedom
 };
+
+struct NeesPart {
+  const char* name;
+  int dof;
+  double Nees::* member;
+};
+inline constexpr std::array<NeesPart, 4> kNeesParts = {{{"position", 3, &Nees::position},
+                                                        {"velocity", 3, &Nees::velocity},
+                                                        {"attitude", 3, &Nees::attitude},
+                                                        {"joint", 9, &Nees::joint}}};
+/// All but the joint one.
+inline constexpr std::span<const NeesPart> kNeesOfVectors = std::span(kNeesParts).first(3);
 
 struct Accuracy {
   bool started = false;   ///< there was an output at all; otherwise nothing below has a meaning

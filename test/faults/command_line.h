@@ -1,0 +1,31 @@
+#pragma once
+// The end of a program's main(): arguments in, exit code out.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+namespace plumb::faults {
+
+/// Reads the arguments and runs. The exit code of that; 2 for bad arguments, 1 for an exception, each told on standard
+/// error.
+template <typename Run>
+int run_command_line(CLI::App& app, int argc, char** argv, Run run) {
+  const auto tell = [&app](const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+  };
+  try {
+    app.parse(argc, argv);
+    return run();
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    tell(error);
+    return 2;
+  } catch (const std::exception& error) {
+    tell(error);
+    return 1;
+  }
+}
+
+}  // namespace plumb::faults
