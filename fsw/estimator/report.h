@@ -38,7 +38,7 @@ struct FrameReport {
   std::uint32_t ranges_used = 0;
   RangeOutcome range_outcome = RangeOutcome::kNone;  ///< of the newest range of this frame
   std::array<std::uint32_t, 3> range_facet{};  ///< track ids of the facet's vertices; all zero: none under the beam
-  std::uint32_t range_feature = 0;             ///< id of the track that took the range, when one did
+  std::uint32_t range_feature = 0;             ///< track that took the range, or feature it was compared with
   double range_measured_m = 0.0;
   double range_predicted_m = 0.0;
   double range_sigma_m = 0.0;  ///< of the innovation

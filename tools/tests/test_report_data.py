@@ -148,7 +148,7 @@ def test_points_on_a_line_make_no_facets(flight: Flight) -> None:
 
 def test_events_tell_of_the_start_and_the_gated_range(flight: Flight, run: Run) -> None:
     texts = [event.text for event in events_of(flight, run)]
-    assert texts == ["mode: range-VIO", "range gated: measured 7.00 m, the facet says 10.00 m"]
+    assert texts == ["mode: range-VIO", "range gated: measured 7.00 m, the filter says 10.00 m"]
 
 
 def test_tables_keep_nanoseconds_and_name_what_is_missing(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def _label(draw: ImageDraw.ImageDraw, run: Run, view: View) -> None:
     if outcome != RangeOutcome.NONE:
         text += f"   laser {float(states['range_measured_m'][view.row]):.2f} m"
     if outcome in (RangeOutcome.USED, RangeOutcome.GATED):
-        text += f"   facet {float(states['range_predicted_m'][view.row]):.2f} m"
+        text += f"   predicted {float(states['range_predicted_m'][view.row]):.2f} m"
         text += "   gated" if outcome == RangeOutcome.GATED else ""
     place = (10 * SUPERSAMPLING, 8 * SUPERSAMPLING)
     box = draw.textbbox(place, text, font=_font(13))

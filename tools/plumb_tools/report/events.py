@@ -66,7 +66,7 @@ def _gated(flight: Flight, run: Run) -> list[Event]:
         predicted = states["range_predicted_m"][rows[burst]]
         worst = int(np.argmax(np.abs(measured - predicted)))
         count = "range" if len(burst) == 1 else f"{len(burst)} ranges"
-        text = f"{count} gated: measured {measured[worst]:.2f} m, the facet says {predicted[worst]:.2f} m"
+        text = f"{count} gated: measured {measured[worst]:.2f} m, the filter says {predicted[worst]:.2f} m"
         found.append(Event(float(t_s[burst[0]]), "warning", text))
     return found
 

@@ -29,7 +29,7 @@ _DRAWN_OUTCOMES = (
 
 
 def range_profile(model: Model) -> Panel | None:
-    """Measured ranges by what became of them, with what the facet predicted; None without range finder."""
+    """Measured ranges by what became of them, with what was predicted for those compared; None without range finder."""
     finder = model.flight.range_finder
     if finder is None:
         return None
@@ -46,7 +46,7 @@ def range_profile(model: Model) -> Panel | None:
         x=t_s[rows],
         y=predicted[rows],
         mode="markers",
-        name="predicted by the facet",
+        name="predicted by facet or feature",
         marker={"size": 6, "symbol": "line-ew-open", "color": theme.GOOD, "line": {"width": 1.6}},
     )
     for kind in _DRAWN_OUTCOMES:
@@ -62,9 +62,10 @@ def range_profile(model: Model) -> Panel | None:
     figure.update_traces(hovertemplate="%{y:.2f} m")
     time_axis(figure, model.duration_s, 1)
     caption = (
-        "A range goes to the track that starts at the laser's spot. While such tracks are of use, other ranges are "
-        "spared; where there are none, a range is compared with the facet of three SLAM features under the beam, and "
-        "not used if it disagrees by more than the gate. Click in any figure over time to see the image of that moment."
+        "A range goes to the track that starts at the laser's spot; where the spot stays, it is compared with the "
+        "feature there. While such tracks and features are of use, other ranges are spared; where there are none, a "
+        "range is compared with the facet of three SLAM features under the beam. One that disagrees by more than the "
+        "gate is not used. Click in any figure over time to see the image of that moment."
     )
     return Panel("range", "Range profile", caption, figure, 340)
 

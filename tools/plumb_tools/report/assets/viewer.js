@@ -132,7 +132,7 @@ class Viewer {
       ["mode", frame.mode, ""],
       ["range", frame.outcome, kind],
       ["measured", metres(frame.measured), ""],
-      ["predicted by facet", metres(frame.predicted), ""],
+      ["predicted", metres(frame.predicted), ""],
     ];
     if (this.data.hasFeatures) {
       rows.push(["SLAM features", frame.slam.length / 2, ""], ["other tracks", frame.tracks.length / 2, ""]);
