@@ -1,7 +1,5 @@
 #include "process/flight_process.h"
 
-#include <sys/resource.h>
-
 #include <atomic>
 #include <cstdio>
 #include <optional>
@@ -17,6 +15,7 @@
 #include "hal/linux/lcm_source.h"
 #include "hal/linux/linux_clock.h"
 #include "hal/linux/log_writer.h"
+#include "hal/linux/resident_memory.h"
 #include "hal/linux/serial_port.h"
 #include "hal/linux/v4l2_camera.h"
 #include "process/device_tasks.h"
@@ -88,8 +87,8 @@ struct FlightProcess::Parts {
     }
   };
 
-  static constexpr std::size_t kStackBytes = std::size_t{256} << 10;
-  static constexpr std::size_t kNavStackBytes = std::size_t{1} << 20;  // Eigen's temporaries
+  static constexpr std::size_t kStackBytes = std::size_t{128} << 10;
+  static constexpr std::size_t kNavStackBytes = std::size_t{256} << 10;  // Eigen's temporaries
 
   const FlightSetup setup;
   std::array<std::atomic<bool>, kFlightThreadNames.size()> stops{};
@@ -196,6 +195,8 @@ void FlightProcess::Parts::open_devices(std::vector<std::string>& faults) {
 }
 
 void FlightProcess::Parts::put_together() {
+  static_assert(LogWriter::kMaxRecordBytes >=
+                kImageHeaderBytes + FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight);
   LogSink& file = log_file == nullptr ? static_cast<LogSink&>(no_sink) : *log_file;
   writer.emplace(file, std::vector{&imu_log.log, &range_log.log, &camera_log.log, &nav_log.log}, tick_log.log);
   log_task = {.writer = &*writer, .clock = &clock(FlightThread::kLog)};
@@ -325,9 +326,7 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                 static_cast<unsigned long long>(latency.count()), 1e6 * latency.permille(500).seconds(),
                 1e6 * latency.permille(999).seconds(), 1e6 * latency.max().seconds());
   summary.lines.emplace_back(line);
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  std::snprintf(line, sizeof line, "memory at most %.1f MiB", static_cast<double>(usage.ru_maxrss) / 1024.0);
+  std::snprintf(line, sizeof line, "memory at most %.1f MiB", peak_resident_mib());
   summary.lines.emplace_back(line);
   if (command) {
     std::snprintf(line, sizeof line, "channel COMMAND: %llu messages were no command, %llu came too fast",

@@ -13,7 +13,7 @@ namespace plumb {
 class LogWriter {
  public:
   /// Room for one message of any kind; an image is the largest.
-  static constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 20;
+  static constexpr std::size_t kMaxRecordBytes = std::size_t{512} << 10;
 
   /// `last`: the queue whose records refer to those of the others, that is, the tick's. All must outlive the writer.
   LogWriter(LogSink& file, std::vector<QueuedLog*> first, QueuedLog& last);

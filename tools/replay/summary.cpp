@@ -4,10 +4,10 @@
 #include <array>
 #include <cinttypes>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "hal/linux/resident_memory.h"
 #include "tools/replay/heap_counter.h"
 #include "tools/replay/report_fields.h"
 
@@ -34,16 +34,6 @@ Distribution distribution_of(std::vector<double> values) {
 }
 
 Json to_json(const Distribution& d) { return {{"mean", d.mean}, {"median", d.median}, {"p95", d.p95}, {"max", d.max}}; }
-
-/// Of this program; getrusage() would count what its parent had when it started it.
-double peak_rss_mib() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kib = 0.0;
-    if (word == "VmHWM:" && status >> kib) return kib / 1024.0;
-  }
-  return 0.0;
-}
 
 double coverage(const Session& session, const FlightTotals& totals) {
   return session.images == 0 ? 0.0 : static_cast<double>(totals.images_valid) / static_cast<double>(session.images);
@@ -171,7 +161,7 @@ std::string summary_json(const Session& session, const FlightOptions& options, c
   json["pixel_noise_px"] = totals.pixel_noise_px;
   json["warnings"] = session.warnings;
   json["wall_s"] = totals.wall_s;
-  json["peak_rss_mib"] = peak_rss_mib();
+  json["peak_rss_mib"] = peak_resident_mib();
   json["heap_calls"] = heap_json(totals);
   json["counters"] = counters_json(totals);
   json["parameters"] = parameters_json(session.parameters);
@@ -209,7 +199,7 @@ void print_summary(const Session& session, const FlightOptions& options, const F
     std::printf("heap calls      estimator %" PRIu64 ", fsw without tracker %" PRIu64 ", tracker %" PRIu64 "\n",
                 totals.filter_heap_calls, totals.fsw_heap_calls, totals.front_end_heap_calls);
   }
-  std::printf("wall time       %.2f s, peak memory %.1f MiB\n", totals.wall_s, peak_rss_mib());
+  std::printf("wall time       %.2f s, peak memory %.1f MiB\n", totals.wall_s, peak_resident_mib());
 }
 
 }  // namespace plumb::replay

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plumb_tools.budget.__main__ import BUDGETS, Budget, accept, read_budgets, verdict
-from plumb_tools.budget.figures import Figure, replayed, sections, stacks, threads
+from plumb_tools.budget.figures import Figure, replayed, said_at_the_end, sections, stacks
 from plumb_tools.demo.pipeline import ROOT
 from plumb_tools.trajectory import InputError
 
@@ -28,11 +28,19 @@ def test_memory_and_stacks_are_within_budget() -> None:
     assert _wrong(figures) == {}
 
 
-def test_every_thread_has_a_budget_for_its_stack() -> None:
-    said = "memory at most 9 MiB\nthread imu    stack used 8168 of 262144 bytes\nthread nav    stack used 999999 of 9 bytes\n"
-    figures = list(threads(said))
-    assert [(figure.key, figure.value) for figure in figures] == [("thread.imu", 8168.0), ("thread.nav", 999999.0)]
-    assert _wrong(figures) == {"thread.nav": "over budget"}
+def test_memory_and_every_thread_of_a_flight_have_a_budget() -> None:
+    said = (
+        "memory at most 24.5 MiB\n"
+        "thread imu    stack used 8168 of 262144 bytes\n"
+        "thread nav    stack used 999999 of 9 bytes\n"
+    )
+    figures = list(said_at_the_end(said))
+    assert [(figure.key, figure.value) for figure in figures] == [
+        ("memory.flight", 24.5 * 2**20),
+        ("thread.imu", 8168.0),
+        ("thread.nav", 999999.0),
+    ]
+    assert _wrong(figures) == {"memory.flight": "over budget", "thread.nav": "over budget"}
 
 
 def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> None:

@@ -60,17 +60,19 @@ def stacks(build: Path) -> Iterator[Figure]:
     yield Figure("stack.unbounded", "functions whose frame the compiler cannot bound", float(unbounded))
 
 
-def threads(text: str) -> Iterator[Figure]:
-    """How deep the stack of each thread was, by what plumb-fsw says at the end of a flight."""
+def said_at_the_end(text: str) -> Iterator[Figure]:
+    """Memory in all and how deep the stack of each thread was, by what plumb-fsw says at the end of a flight."""
+    for mib in re.findall(r"^memory at most ([\d.]+) MiB$", text, re.MULTILINE):
+        yield Figure("memory.flight", "resident memory of plumb-fsw at most, all of it locked", float(mib) * 2.0**20)
     for name, used in re.findall(r"^thread (\w+) +stack used (\d+) of", text, re.MULTILINE):
         yield Figure(f"thread.{name}", f"thread {name}: stack used", float(used))
 
 
 def flown(build: Path) -> list[Figure]:
-    """The threads of plumb-fsw on a short live flight with emulated devices."""
+    """Memory and threads of plumb-fsw on a short live flight with emulated devices."""
     command = [str(build / "test" / "test_live"), "--gtest_filter=LiveFlight.ReplaysBitByBit"]
     flight = subprocess.run(command, capture_output=True, text=True, check=False)
-    figures = list(threads(flight.stdout))
+    figures = list(said_at_the_end(flight.stdout))
     if flight.returncode != 0 or not figures:
         raise StepFailed(f"{' '.join(command)} failed:\n{flight.stdout}{flight.stderr}")
     return figures
@@ -81,7 +83,7 @@ def replayed(recording: Path) -> Iterator[Figure]:
     summary = replay_summary(recording)
     yield Figure("heap.calls", "heap calls in estimator, tracker and the rest of fsw",
                  float(sum(summary["heap_calls"].values())))  # fmt: skip
-    yield Figure("memory.resident", "resident memory of a replay at most, its reading of images included",
+    yield Figure("memory.replay", "resident memory of a replay at most, its reading of images included",
                  summary["peak_rss_mib"] * 2.0**20)  # fmt: skip
 
 
