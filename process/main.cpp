@@ -15,6 +15,7 @@
 
 #include "config/flight_config.h"
 #include "fsw/base/assert.h"
+#include "fsw/vision/vector_unit.h"
 #include "hal/linux/monotonic_clock.h"
 #include "process/flight_process.h"
 #include "process/mode_page.h"
@@ -146,6 +147,10 @@ int main_of(int argc, char** argv) {
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(CLI::PositiveNumber);
+  if (!vector_unit_present()) {
+    tell(kVectorAdvice);
+    return kExitFailed;
+  }
   try {
     app.parse(argc, argv);
     if (arguments.schedule) {

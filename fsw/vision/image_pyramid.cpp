@@ -1,18 +1,19 @@
 #include "fsw/vision/image_pyramid.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstring>
-#include <opencv2/core/hal/intrin.hpp>
+
+#include "fsw/vision/vector_types.h"
 
 namespace plumb {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "halve() takes two pixels at a time, the left one lowest");
 
+using Sums = cv::v_uint16;
 // Columns of the halved image made at once. The last ones may reach kVector - 1 columns into the margin, and read twice
 // as far.
-constexpr std::int32_t kVector = 8;
+constexpr std::int32_t kVector = Sums::nlanes;
 static_assert(2 * kVector < kImageMargin_px);
 
 /// Index of the pixel that is seen at i in an image of n pixels between two mirrors: dcb|abcd|cba.
@@ -27,13 +28,10 @@ std::uint8_t* row_of(const MarginedImage& image, std::int32_t row) {
   return image.pixels + static_cast<std::ptrdiff_t>(row) * image.stride;
 }
 
-using Sums = cv::v_uint16x8;
-static_assert(kVector == Sums::nlanes);
-
 /// a + 4 b + 6 c + 4 d + e: below 2^16 for pixels as for sums of them along a row.
 Sums binomial(const Sums& a, const Sums& b, const Sums& c, const Sums& d, const Sums& e) {
-  const Sums inner = cv::v_mul_wrap(cv::v_add_wrap(b, d), cv::v_setall_u16(4));
-  return cv::v_add_wrap(cv::v_add_wrap(cv::v_add_wrap(a, e), inner), cv::v_mul_wrap(c, cv::v_setall_u16(6)));
+  const Sums inner = cv::v_mul_wrap(cv::v_add_wrap(b, d), cv::vx_setall_u16(4));
+  return cv::v_add_wrap(cv::v_add_wrap(cv::v_add_wrap(a, e), inner), cv::v_mul_wrap(c, cv::vx_setall_u16(6)));
 }
 
 /// Every second pixel from one on, and those between them.
@@ -47,8 +45,8 @@ Columns columns_from(const std::uint8_t* pixels) {
   const uint8x8x2_t both = vld2_u8(pixels);
   return {Sums(vmovl_u8(both.val[0])), Sums(vmovl_u8(both.val[1]))};
 #else
-  const Sums pairs = cv::v_reinterpret_as_u16(cv::v_load(pixels));
-  return {pairs & cv::v_setall_u16(0xFF), cv::v_shr<8>(pairs)};
+  const Sums pairs = cv::v_reinterpret_as_u16(cv::vx_load(pixels));
+  return {pairs & cv::vx_setall_u16(0xFF), cv::v_shr<8>(pairs)};
 #endif
 }
 
@@ -84,12 +82,13 @@ void halve_columns(const ImageView& from, std::int32_t left, const MarginedImage
 
 /// Both margins of one row of an image that is wider than its margin.
 void mirror_row(std::uint8_t* pixels, std::int32_t width) {
-  std::array<std::uint8_t, kImageMargin_px> left;
-  std::array<std::uint8_t, kImageMargin_px> right;
-  std::memcpy(left.data(), pixels + 1, left.size());
-  std::memcpy(right.data(), pixels + width - 1 - kImageMargin_px, right.size());
-  std::reverse_copy(left.begin(), left.end(), pixels - kImageMargin_px);
-  std::reverse_copy(right.begin(), right.end(), pixels + width);
+  constexpr std::int32_t kStep = cv::v_uint8x16::nlanes;
+  static_assert(kImageMargin_px % kStep == 0);
+  std::uint8_t* const last = pixels + width - 1;
+  for (std::int32_t i = 1; i <= kImageMargin_px; i += kStep) {
+    cv::v_store(pixels - i - kStep + 1, cv::v_reverse(cv::v_load(pixels + i)));
+    cv::v_store(last + i, cv::v_reverse(cv::v_load(last - i - kStep + 1)));
+  }
 }
 
 /// The same of an image that may be narrower, which shows its mirror image several times.

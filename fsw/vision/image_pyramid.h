@@ -15,7 +15,7 @@
 namespace plumb {
 
 /// Pixels around each level that can be read, too. A row of the largest patch that touches the image fits in.
-inline constexpr std::int32_t kImageMargin_px = 32;
+inline constexpr std::int32_t kImageMargin_px = 48;
 
 /// An ImageView whose pixels and margin can be written.
 struct MarginedImage {

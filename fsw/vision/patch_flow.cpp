@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/core/hal/intrin.hpp>
 
 #include "fsw/base/assert.h"
+#include "fsw/vision/vector_types.h"
 
 namespace plumb {
 namespace {
 
-// Samples are 16-bit integers, 8 to a vector: interpolated grey levels in 1/64, their differences and the gradients in
-// 1/8 grey level (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays
-// below 2^31. The additions never saturate.
-using Samples = cv::v_int16x8;
-using Sums = cv::v_int32x4;
+// Samples are 16-bit integers: interpolated grey levels in 1/64, their differences and the gradients in 1/8 grey level
+// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31. The
+// additions never saturate.
+using Samples = cv::v_int16;
+using Sums = cv::v_int32;
 constexpr std::size_t kLanes = Samples::nlanes;
 
 constexpr int kWeightBits = 15;           // of the place between two pixels
@@ -27,8 +27,10 @@ constexpr double kOpenCvTensor = 1024.0;  // (grey levels / px)^2 per unit of Tr
 constexpr double kOscillation_px = 0.01;  // two steps that cancel to less than that go on for ever
 
 constexpr std::int32_t kMaxSide = TrackerOptions::kMaxWindow_px;
-constexpr std::size_t kMaxColumns = 24;  // a row of the patch with a neighbour on each side, in whole vectors
-static_assert(kMaxSide + 2 <= kMaxColumns && kMaxColumns < kImageMargin_px - 2);
+/// A row of the patch with a neighbour on each side, in whole vectors.
+constexpr std::size_t columns_of(std::size_t side) { return (side + 2 + kLanes - 1) / kLanes * kLanes; }
+constexpr std::size_t kMaxColumns = columns_of(kMaxSide);
+static_assert(kMaxColumns < kImageMargin_px - 2);
 constexpr std::int64_t kMaxProduct = (255 << kCoarseBits) * (255 << kCoarseBits);
 static_assert(kMaxSide * kMaxSide * kMaxProduct < (std::int64_t{1} << 31));
 
@@ -58,52 +60,46 @@ Place place_at(const ImageView& image, double u_px, double v_px) {
   place.column = static_cast<std::int32_t>(column);
   place.row = static_cast<std::int32_t>(row);
   place.pixels = image.pixels + place.row * place.stride + place.column;
-  place.right = cv::v_setall_s16(static_cast<std::int16_t>((u_px - column) * kOne));
-  place.down = cv::v_setall_s16(static_cast<std::int16_t>((v_px - row) * kOne));
+  place.right = cv::vx_setall_s16(static_cast<std::int16_t>((u_px - column) * kOne));
+  place.down = cv::vx_setall_s16(static_cast<std::int16_t>((v_px - row) * kOne));
   return place;
 }
 
 // What 64-bit ARM does in one instruction and the universal intrinsics do in up to six. All are exact on either path.
 #if CV_NEON
-/// 2 a b / 2^16, rounded down.
-Samples mul_hi_doubled(const Samples& a, const Samples& b) { return Samples(vqdmulhq_s16(a.val, b.val)); }
-/// Grey levels in 1/64.
-Samples load_grey(const std::uint8_t* pixels) {
-  return Samples(vreinterpretq_s16_u16(vshll_n_u8(vld1_u8(pixels), kGreyBits)));
+/// Between neighbouring rows. 2 a b / 2^16, rounded down, is a times a weight.
+Samples between(const Samples& upper, const Samples& lower, const Samples& down) {
+  return upper + Samples(vqdmulhq_s16((lower - upper).val, down.val));
 }
-/// From 1/64 to 1/8, rounded.
-Samples coarse(const Samples& fine) { return Samples(vrshrq_n_s16(fine.val, kGreyBits - kCoarseBits)); }
+/// Between neighbouring columns [1/64 grey level].
+Samples across(const std::uint8_t* pixels, const Samples& right) {
+  const auto grey = [](const std::uint8_t* at) {
+    return Samples(vreinterpretq_s16_u16(vshll_n_u8(vld1_u8(at), kGreyBits)));
+  };
+  return between(grey(pixels), grey(pixels + 1), right);
+}
 #else
-Samples mul_hi_doubled(const Samples& a, const Samples& b) { return cv::v_mul_hi(cv::v_shl<1>(a), b); }
-Samples load_grey(const std::uint8_t* pixels) {
-  return cv::v_shl<kGreyBits>(cv::v_reinterpret_as_s16(cv::v_load_expand(pixels)));
+Samples between(const Samples& upper, const Samples& lower, const Samples& down) {
+  return upper + cv::v_mul_hi(cv::v_shl<1>(lower - upper), down);
 }
-Samples coarse(const Samples& fine) {
-  constexpr int kBits = kGreyBits - kCoarseBits;
-  return cv::v_shr<kBits>(fine + cv::v_setall_s16(1 << (kBits - 1)));
+Samples across(const std::uint8_t* pixels, const Samples& right) {
+  const Samples here = cv::v_reinterpret_as_s16(cv::vx_load_expand(pixels));
+  const Samples next = cv::v_reinterpret_as_s16(cv::vx_load_expand(pixels + 1));
+  return cv::v_shl<kGreyBits>(here) + cv::v_mul_hi(cv::v_shl<kGreyBits + 1>(next - here), right);
 }
 #endif
 
-/// Between neighbouring columns.
-Samples across(const std::uint8_t* pixels, const Samples& right) {
-  const Samples here = load_grey(pixels);
-  return here + mul_hi_doubled(load_grey(pixels + 1) - here, right);
-}
-
-/// Between neighbouring rows.
-Samples between(const Samples& upper, const Samples& lower, const Samples& down) {
-  return upper + mul_hi_doubled(lower - upper, down);
-}
+constexpr int kDropped = kGreyBits - kCoarseBits;  // from 1/64 to 1/8
 
 Samples scharr(const Samples& before, const Samples& at, const Samples& after) {
-  return at + cv::v_mul_hi((before - at) + (after - at), cv::v_setall_s16(kScharr));
+  return at + cv::v_mul_hi((before - at) + (after - at), cv::vx_setall_s16(kScharr));
 }
 
 /// What is kept of the patch in the first image.
 template <std::size_t Columns>
 struct Patch {
   using Block = std::array<std::array<std::int16_t, Columns>, kMaxSide>;
-  Block value;       ///< 1/64 grey level
+  Block value;       ///< 1/64 grey level, less what rounds a difference from it
   Block gradient_u;  ///< 1/16 grey level / px; 0 outside of patch and image
   Block gradient_v;
 };
@@ -134,6 +130,7 @@ void take_patch(const ImageView& image, std::int32_t side, const Place& place, P
   }
   const std::array<std::int16_t, Columns> shown = columns_inside<Columns>(image, side, place.column);
   const std::array<std::int16_t, Columns> none{};
+  const Samples half = cv::vx_setall_s16(1 << (kDropped - 1));
   for (std::int32_t r = 0; r < side; ++r) {
     const bool in_image = place.row + r >= 0 && place.row + r < image.height;
     const std::int16_t* inside = in_image ? shown.data() : none.data();
@@ -141,16 +138,16 @@ void take_patch(const ImageView& image, std::int32_t side, const Place& place, P
     const std::int16_t* at = wide[r + 1].data();
     const std::int16_t* below = wide[r + 2].data();
     for (std::size_t c = 0; c < Columns; c += kLanes) {
-      cv::v_store(&down[c], scharr(cv::v_load(above + c), cv::v_load(at + c), cv::v_load(below + c)));
+      cv::v_store(&down[c], scharr(cv::vx_load(above + c), cv::vx_load(at + c), cv::vx_load(below + c)));
     }
     for (std::size_t c = 0; c < Columns; c += kLanes) {
-      const Samples mask = cv::v_load(inside + c);
-      const Samples rise_u = cv::v_load(&down[c + 2]) - cv::v_load(&down[c]);
-      const Samples rise_v = scharr(cv::v_load(below + c), cv::v_load(below + c + 1), cv::v_load(below + c + 2)) -
-                             scharr(cv::v_load(above + c), cv::v_load(above + c + 1), cv::v_load(above + c + 2));
-      cv::v_store(&patch.value[r][c], cv::v_load(at + c + 1));
-      cv::v_store(&patch.gradient_u[r][c], coarse(rise_u) & mask);
-      cv::v_store(&patch.gradient_v[r][c], coarse(rise_v) & mask);
+      const Samples mask = cv::vx_load(inside + c);
+      const Samples rise_u = cv::vx_load(&down[c + 2]) - cv::vx_load(&down[c]);
+      const Samples rise_v = scharr(cv::vx_load(below + c), cv::vx_load(below + c + 1), cv::vx_load(below + c + 2)) -
+                             scharr(cv::vx_load(above + c), cv::vx_load(above + c + 1), cv::vx_load(above + c + 2));
+      cv::v_store(&patch.value[r][c], cv::vx_load(at + c + 1) - half);
+      cv::v_store(&patch.gradient_u[r][c], cv::v_shr<kDropped>(rise_u + half) & mask);
+      cv::v_store(&patch.gradient_v[r][c], cv::v_shr<kDropped>(rise_v + half) & mask);
     }
   }
 }
@@ -170,13 +167,13 @@ struct Tensor {
 
 template <std::size_t Columns>
 Tensor tensor_of(const Patch<Columns>& patch, std::int32_t side) {
-  Sums uu = cv::v_setzero_s32();
-  Sums uv = cv::v_setzero_s32();
-  Sums vv = cv::v_setzero_s32();
+  Sums uu = cv::vx_setzero_s32();
+  Sums uv = cv::vx_setzero_s32();
+  Sums vv = cv::vx_setzero_s32();
   for (std::int32_t r = 0; r < side; ++r) {
     for (std::size_t c = 0; c < Columns; c += kLanes) {
-      const Samples u = cv::v_load(&patch.gradient_u[r][c]);
-      const Samples v = cv::v_load(&patch.gradient_v[r][c]);
+      const Samples u = cv::vx_load(&patch.gradient_u[r][c]);
+      const Samples v = cv::vx_load(&patch.gradient_v[r][c]);
       uu = cv::v_dotprod_fast(u, u, uu);
       uv = cv::v_dotprod_fast(u, v, uv);
       vv = cv::v_dotprod_fast(v, v, vv);
@@ -193,16 +190,16 @@ struct Slope {
 
 template <std::size_t Columns>
 Slope slope_at(const Place& place, std::int32_t side, const Patch<Columns>& patch) {
-  Sums u = cv::v_setzero_s32();
-  Sums v = cv::v_setzero_s32();
+  Sums u = cv::vx_setzero_s32();
+  Sums v = cv::vx_setzero_s32();
   for (std::size_t c = 0; c < Columns; c += kLanes) {
     Samples upper = across(place.pixels + c, place.right);
     for (std::int32_t r = 0; r < side; ++r) {
       const Samples lower = across(place.pixels + (r + 1) * place.stride + c, place.right);
       const Samples seen = between(upper, lower, place.down);
-      const Samples difference = coarse(seen - cv::v_load(&patch.value[r][c]));
-      u = cv::v_dotprod_fast(difference, cv::v_load(&patch.gradient_u[r][c]), u);
-      v = cv::v_dotprod_fast(difference, cv::v_load(&patch.gradient_v[r][c]), v);
+      const Samples difference = cv::v_shr<kDropped>(seen - cv::vx_load(&patch.value[r][c]));
+      u = cv::v_dotprod_fast(difference, cv::vx_load(&patch.gradient_u[r][c]), u);
+      v = cv::v_dotprod_fast(difference, cv::vx_load(&patch.gradient_v[r][c]), v);
       upper = lower;
     }
   }
@@ -212,12 +209,12 @@ Slope slope_at(const Place& place, std::int32_t side, const Patch<Columns>& patc
 /// Sum of the absolute differences of the patches at two places [1/64 grey level].
 template <std::size_t Columns>
 std::int32_t difference_of(const Place& first, const Place& second, std::int32_t side) {
-  const Samples one = cv::v_setall_s16(1);
-  Sums sum = cv::v_setzero_s32();
+  const Samples one = cv::vx_setall_s16(1);
+  Sums sum = cv::vx_setzero_s32();
   for (std::size_t c = 0; c < Columns; c += kLanes) {
     std::array<std::int16_t, kLanes> mask{};
     for (std::size_t i = 0; i < kLanes; ++i) mask[i] = static_cast<std::int32_t>(c + i) < side ? -1 : 0;
-    const Samples inside = cv::v_load(mask.data());
+    const Samples inside = cv::vx_load(mask.data());
     Samples upper_a = across(first.pixels + c, first.right);
     Samples upper_b = across(second.pixels + c, second.right);
     for (std::int32_t r = 0; r < side; ++r) {
@@ -233,7 +230,8 @@ std::int32_t difference_of(const Place& first, const Place& second, std::int32_t
   return cv::v_reduce_sum(sum);
 }
 
-constexpr std::int32_t kNarrow = 2 * kLanes;
+constexpr std::int32_t kNarrow = 16;
+static_assert(kNarrow % kLanes == 0);
 /// Whether a patch and its neighbours fit in rows of kNarrow columns.
 bool is_narrow(std::int32_t side) { return side + 2 <= kNarrow; }
 

@@ -7,12 +7,10 @@
 // once. Position and size are found together. Mean and gain are taken out of both sides, so that exposure changes do
 // not matter.
 
-#include <array>
-#include <cstdint>
-
 #include "fsw/base/status.h"
 #include "fsw/math/so3.h"
 #include "fsw/measurement/samples.h"
+#include "fsw/vision/patch_samples.h"
 
 namespace plumb {
 
@@ -25,10 +23,6 @@ struct PatchPosition {
 
 class PatchTemplate {
  public:
-  static constexpr std::int32_t kHalf_px = 6;
-  static constexpr std::int32_t kSide_px = 2 * kHalf_px + 1;
-  static constexpr std::int32_t kSamples = kSide_px * kSide_px;
-
   /// Takes the patch around a point. kRejected when it reaches out of the image, kIllConditioned when it has too little
   /// texture in some direction; the template is then as before.
   [[nodiscard]] Status capture(const ImageView& image, float u_px, float v_px);
@@ -39,13 +33,10 @@ class PatchTemplate {
   [[nodiscard]] Status align(const ImageView& image, const Mat2& warp, PatchPosition& position) const;
 
  private:
-  // In whole vectors; the rest is zero and so counts for nothing.
-  using Samples = std::array<float, (kSamples + 7) / 8 * 8>;
-
-  Samples value_{};       ///< grey level less the mean
-  Samples gradient_u_{};  ///< grey levels per px, less the mean
-  Samples gradient_v_{};
-  Samples gradient_s_{};                                          ///< grey levels per unit of scale, less the mean
+  PatchSamples value_{};       ///< grey level less the mean
+  PatchSamples gradient_u_{};  ///< grey levels per px, less the mean
+  PatchSamples gradient_v_{};
+  PatchSamples gradient_s_{};                                     ///< grey levels per unit of scale, less the mean
   Eigen::Matrix3f inverse_tensor_ = Eigen::Matrix3f::Identity();  ///< of the three gradients
   Eigen::Vector3f slope_ = Eigen::Vector3f::Zero();               ///< of value_ along the three gradients
   float energy_ = 0.0F;                                           ///< sum of value_ squared

@@ -6,12 +6,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "fsw/vision/two_view_fit.h"
-
 namespace plumb {
 namespace {
-
-using namespace two_view;
 
 constexpr std::size_t kMinMatches = 8;  // below this five unknowns and an outlier cannot be told apart
 constexpr int kIterations = 60;         // half outliers: a pair of inliers is missed with probability 3e-8
@@ -23,6 +19,23 @@ constexpr double kScaleDecay = 0.6;       // of the robust scale, from one rewei
 constexpr double kTurnShare = 0.9;        // of the inliers: when turning alone explains that many, it is all there was
 constexpr double kTiny = 1e-24;
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+two_view::Triple triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+template <std::size_t N>
+using VectorOf = Eigen::Matrix<double, static_cast<int>(N), 1>;
+
+template <std::size_t N>
+VectorOf<N> solution_of(const two_view::NormalEquations<N>& equations) {
+  Eigen::Matrix<double, static_cast<int>(N), static_cast<int>(N)> information;
+  VectorOf<N> gradient;
+  for (std::size_t r = 0; r < N; ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    for (std::size_t c = 0; c < N; ++c) information(row, static_cast<Eigen::Index>(c)) = equations.information[r][c];
+    gradient[row] = equations.gradient[r];
+  }
+  return information.ldlt().solve(gradient);
+}
 
 /// Two unit vectors that span the plane normal to the unit vector v.
 void tangent_basis(const Vec3& v, Vec3& e1, Vec3& e2) {
@@ -38,12 +51,7 @@ void tangent_basis(const Vec3& v, Vec3& e1, Vec3& e2) {
 Quat TwoViewRansac::fit_rotation(const Quat& q_start, double scale_rad) const {
   Quat q = q_start;
   for (int iteration = 0; iteration < kRotationIterations; ++iteration) {
-    TurnEquations equations;
-    for (std::size_t i = 0; i < count_; i += kLanes) {
-      const Vectors turned = turn(q, Vectors::at(previous_, i));
-      equations.add(turned, Vectors::at(current_, i) - turned, scale_rad, std::min(kLanes, count_ - i));
-    }
-    const Vec3 step = equations.information.ldlt().solve(equations.gradient);
+    const Vec3 step = solution_of(two_view::turn_equations(matches_, {q.w(), q.x(), q.y(), q.z()}, scale_rad));
     if (!step.allFinite()) return q_start;
     q = (so3_exp(step) * q).normalized();
     scale_rad = std::fmax(kScaleDecay * scale_rad, options_.threshold_rad);
@@ -52,83 +60,45 @@ Quat TwoViewRansac::fit_rotation(const Quat& q_start, double scale_rad) const {
 }
 
 void TwoViewRansac::take(std::span<const BearingMatch> matches) {
-  static_assert(kMaxMatches % kLanes == 0);
-  count_ = matches.size();
-  for (std::size_t i = 0; i < count_ || i % kLanes != 0; ++i) {
+  matches_.count = matches.size();
+  for (std::size_t i = 0; i < matches_.count || i % matches_.kWhole != 0; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
-      previous_[k][i] = i < count_ ? matches[i].previous_C1[axis] : 0.0;
-      current_[k][i] = i < count_ ? matches[i].current_C2[axis] : 0.0;
+      matches_.previous[k][i] = i < matches_.count ? matches[i].previous_C1[axis] : 0.0;
+      matches_.current[k][i] = i < matches_.count ? matches[i].current_C2[axis] : 0.0;
     }
   }
 }
 
 void TwoViewRansac::derotate(const Mat3& R_C2C1) {
-  const Vectors x = Vectors::all(R_C2C1.row(0));
-  const Vectors y = Vectors::all(R_C2C1.row(1));
-  const Vectors z = Vectors::all(R_C2C1.row(2));
-  for (std::size_t i = 0; i < count_; i += kLanes) {
-    const Vectors previous = Vectors::at(previous_, i);
-    const Vectors current = Vectors::at(current_, i);
-    const Vectors derotated{x.dot(previous), y.dot(previous), z.dot(previous)};
-    derotated.keep(derotated_, i);
-    (current - derotated).keep(flow_, i);
-    derotated.cross(current).keep(normal_, i);
-  }
+  two_view::derotate(matches_, {triple(R_C2C1.row(0)), triple(R_C2C1.row(1)), triple(R_C2C1.row(2))});
 }
 
 // Points ahead of both cameras can only move towards t, so that flow away from t is as wrong as flow across the
 // epipolar plane. The sine of the angle to the epipole is limited so that the distance is finite there.
 double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) const {
-  const auto along = [&direction, i](const Components& all) {
+  const auto along = [&direction, i](const two_view::Matches::Components& all) {
     return direction.dot(Vec3(all[0][i], all[1][i], all[2][i]));
   };
-  const double cosine = along(derotated_);
-  const double across = along(normal_);
-  const double backward = std::min(along(flow_), 0.0);
-  return (across * across + backward * backward) / std::max(1.0 - cosine * cosine, kEpipoleFloor);
+  const double cosine = along(matches_.derotated);
+  const double across = along(matches_.normal);
+  const double backward = std::min(along(matches_.flow), 0.0);
+  return (across * across + backward * backward) / std::max(1.0 - cosine * cosine, two_view::kEpipoleFloor);
 }
 
 // Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
 // round where that is better. Stops counting once neither way can cost less than `bound`.
 double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, double bound) const {
-  const Doubles zero = cv::v_setzero_f64();
-  const Doubles one = cv::v_setall_f64(1.0);
-  const Doubles limit = cv::v_setall_f64(threshold_rad * threshold_rad);
-  const Doubles floor = cv::v_setall_f64(kEpipoleFloor);
-  const std::array<Doubles, 3> t = {cv::v_setall_f64(direction.x()), cv::v_setall_f64(direction.y()),
-                                    cv::v_setall_f64(direction.z())};
-  const auto along_t = [&t](const Components& all, std::size_t i) {
-    return t[0] * cv::v_load(&all[0][i]) + t[1] * cv::v_load(&all[1][i]) + t[2] * cv::v_load(&all[2][i]);
-  };
-  Doubles sums = zero;  // towards, away
-  for (std::size_t i = 0; i < count_; i += Doubles::nlanes) {
-    const Doubles cosine = along_t(derotated_, i);
-    const Doubles along = along_t(flow_, i);
-    const Doubles off = along_t(normal_, i);
-    const Doubles inverse = one / cv::v_max(one - cosine * cosine, floor);
-    const Doubles across = off * off * inverse;
-    const Doubles both = across + along * along * inverse;
-    const Doubles towards = cv::v_min(cv::v_select(along < zero, both, across), limit);
-    const Doubles away = cv::v_min(cv::v_select(along > zero, both, across), limit);
-    Doubles first;
-    Doubles second;
-    cv::v_zip(towards, away, first, second);
-    sums = sums + first + second;
-    if (cv::v_check_all(sums >= cv::v_setall_f64(bound))) return bound;
-  }
-  std::array<double, Doubles::nlanes> both_ways;
-  cv::v_store(both_ways.data(), sums);
-  const auto [towards, away] = both_ways;
-  if (towards <= away) return towards;
+  const two_view::Cost cost = two_view::cost_of(matches_, triple(direction), threshold_rad, bound);
+  if (cost.towards <= cost.away) return cost.towards;
   direction = -direction;
-  return away;
+  return cost.away;
 }
 
 void TwoViewRansac::search(double threshold_rad, Model& best) {
   best.cost = cost_of(best.direction, threshold_rad, kUnbounded);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const std::uint32_t n = static_cast<std::uint32_t>(count_);
+    const std::uint32_t n = static_cast<std::uint32_t>(matches_.count);
     const std::uint32_t i = generator_.below(n);
     const std::uint32_t j = (i + 1 + generator_.below(n - 1)) % n;
     const Vec3 direction = normal(i).cross(normal(j));
@@ -152,16 +122,14 @@ void TwoViewRansac::refine(double sigma_rad, double scale_rad, Model& model) {
     Vec3 e1;
     Vec3 e2;
     tangent_basis(model.direction, e1, e2);
-    NormalEquations equations;
-    const Tangent tangent{Vectors::all(model.direction), Vectors::all(e1), Vectors::all(e2)};
-    for (std::size_t i = 0; i < count_; i += kLanes) {
-      const Matches seen{Vectors::at(current_, i), Vectors::at(derotated_, i), Vectors::at(flow_, i),
-                         Vectors::at(normal_, i)};
-      add_rows(seen, tangent, scale_rad, std::min(kLanes, count_ - i), equations);
+    two_view::NormalEquations<5> equations =
+        two_view::move_equations(matches_, {triple(model.direction), triple(e1), triple(e2)}, scale_rad);
+    const Vec3 turned = so3_log(model.q_correction);
+    for (std::size_t k = 0; k < 3; ++k) {
+      equations.information[k][k] += prior;
+      equations.gradient[k] -= prior * turned[static_cast<Eigen::Index>(k)];
     }
-    equations.information.topLeftCorner<3, 3>().diagonal().array() += prior;
-    equations.gradient.head<3>() -= prior * so3_log(model.q_correction);
-    const Vec5 step = equations.information.ldlt().solve(equations.gradient);
+    const VectorOf<5> step = solution_of(equations);
     if (!step.allFinite()) return;
     model.q_correction = (so3_exp(step.head<3>()) * model.q_correction).normalized();
     model.direction = (model.direction + step[3] * e1 + step[4] * e2).normalized();
@@ -172,7 +140,7 @@ void TwoViewRansac::refine(double sigma_rad, double scale_rad, Model& model) {
 void TwoViewRansac::judge(const Vec3& direction, Outcome& out) const {
   const double limit = options_.threshold_rad * options_.threshold_rad;
   out.inliers = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
+  for (std::size_t i = 0; i < matches_.count; ++i) {
     out.inlier[i] = squared_distance(direction, i) <= limit;
     if (out.inlier[i]) ++out.inliers;
   }

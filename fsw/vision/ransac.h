@@ -15,6 +15,7 @@
 
 #include "fsw/base/status.h"
 #include "fsw/math/so3.h"
+#include "fsw/vision/two_view_fit.h"
 
 namespace plumb {
 
@@ -55,7 +56,7 @@ struct RansacOptions {
 
 class TwoViewRansac {
  public:
-  static constexpr std::size_t kMaxMatches = 256;
+  static constexpr std::size_t kMaxMatches = two_view::Matches::kMost;
 
   struct Outcome {
     /// False: too few matches, or no motion that most of them agree with. Nothing was rejected then: throwing every
@@ -89,7 +90,7 @@ class TwoViewRansac {
   void take(std::span<const BearingMatch> matches);
   void derotate(const Mat3& R_C2C1);
   double squared_distance(const Vec3& direction, std::size_t i) const;
-  Vec3 normal(std::size_t i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
+  Vec3 normal(std::size_t i) const { return {matches_.normal[0][i], matches_.normal[1][i], matches_.normal[2][i]}; }
   double cost_of(Vec3& direction, double threshold_rad, double bound) const;
   void search(double threshold_rad, Model& best);
   void refine(double sigma_rad, double scale_rad, Model& model);
@@ -98,15 +99,7 @@ class TwoViewRansac {
 
   RansacOptions options_;
   Pcg32 generator_;
-  std::size_t count_ = 0;
-  // One array per component, so that several matches are judged at once. An even number is filled: what hangs over
-  // agrees with every direction.
-  using Components = std::array<std::array<double, kMaxMatches>, 3>;
-  Components previous_{};   ///< b1 in C1
-  Components current_{};    ///< b2 in C2
-  Components derotated_{};  ///< b1' in C2
-  Components flow_{};       ///< b2 - b1'
-  Components normal_{};     ///< b1' x b2
+  two_view::Matches matches_;
 };
 
 }  // namespace plumb

@@ -39,8 +39,8 @@ RULES = {
     "fsw/base": Rule(()),
     "fsw/math": Rule(("fsw/base",), EIGEN),
     "fsw/measurement": Rule(("fsw/base",)),
-    # OpenCV's universal intrinsics are header-only SIMD without heap.
-    "fsw/vision": Rule((*MATH, "fsw/measurement"), (*EIGEN, "opencv2/core/hal/intrin.hpp")),
+    # OpenCV's universal intrinsics are header-only SIMD without heap; those of AVX2 need the compiler's own.
+    "fsw/vision": Rule((*MATH, "fsw/measurement"), (*EIGEN, "opencv2/core/hal/intrin.hpp", "immintrin.h")),
     # The estimator sees features, never images: of vision only the track table, the feature frame and the interface.
     "fsw/estimator": Rule(
         (

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <exception>
 
+#include "fsw/base/assert.h"
+
 namespace plumb::faults {
 
 /// Reads the arguments and runs. The exit code of that; 2 for bad arguments, 1 for an exception, each told on standard
@@ -14,6 +16,9 @@ int run_command_line(CLI::App& app, int argc, char** argv, Run run) {
   const auto tell = [&app](const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
   };
+  set_assert_handler([](const AssertSite& site) {
+    std::fprintf(stderr, "bug: %s line %d: %s does not hold\n", site.file, site.line, site.condition);
+  });
   try {
     app.parse(argc, argv);
     return run();

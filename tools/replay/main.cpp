@@ -12,6 +12,7 @@
 
 #include "config/input_error.h"
 #include "fsw/base/assert.h"
+#include "fsw/vision/vector_unit.h"
 #include "tools/replay/asl_reader.h"
 #include "tools/replay/flight.h"
 #include "tools/replay/hash_check.h"
@@ -205,6 +206,7 @@ int run(int argc, char** argv) {
   CLI::App app("Flies a recording through the Plumb navigation software.", "plumb-replay");
   declare(app, arguments);
   try {
+    if (!vector_unit_present()) throw InputError(kVectorAdvice);
     app.parse(argc, argv);
     if (arguments.list_parameters) {
       list_parameters();
