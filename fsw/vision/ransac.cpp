@@ -27,14 +27,10 @@ using VectorOf = Eigen::Matrix<double, static_cast<int>(N), 1>;
 
 template <std::size_t N>
 VectorOf<N> solution_of(const two_view::NormalEquations<N>& equations) {
-  Eigen::Matrix<double, static_cast<int>(N), static_cast<int>(N)> information;
-  VectorOf<N> gradient;
-  for (std::size_t r = 0; r < N; ++r) {
-    const auto row = static_cast<Eigen::Index>(r);
-    for (std::size_t c = 0; c < N; ++c) information(row, static_cast<Eigen::Index>(c)) = equations.information[r][c];
-    gradient[row] = equations.gradient[r];
-  }
-  return information.ldlt().solve(gradient);
+  using Information = Eigen::Matrix<double, static_cast<int>(N), static_cast<int>(N)>;
+  static_assert(sizeof(equations.information) == N * N * sizeof(double));
+  const Eigen::Map<const Information> information(equations.information[0].data());
+  return information.ldlt().solve(Eigen::Map<const VectorOf<N>>(equations.gradient.data()));
 }
 
 /// Two unit vectors that span the plane normal to the unit vector v.

@@ -24,6 +24,17 @@ Doubles robust_weights(const Doubles& squared_errors, double scale) {
   return cauchy * cauchy;
 }
 
+/// Adds neighbouring lanes as pairs, one pair after the other.
+cv::v_float64x2 plus_pairs(const cv::v_float64x2& sums, const Doubles& pairs) {
+#if CV_SIMD_WIDTH == 32
+  Lanes lanes;
+  cv::v_store(lanes.data(), pairs);
+  return sums + cv::v_load(lanes.data()) + cv::v_load(&lanes[2]);
+#else
+  return sums + pairs;
+#endif
+}
+
 /// Vectors of as many matches as there are lanes.
 struct Vectors {
   Doubles x;
@@ -79,7 +90,7 @@ struct Rows {
       weighted[k] = weight * row[k];
     }
     for (std::size_t c = 0; c < 5; ++c) {
-      for (std::size_t r = c; r < 5; ++r) equations.information[r][c] += weighted[r] * row[c];
+      for (std::size_t r = c; r < 5; ++r) equations.information[c][r] += weighted[r] * row[c];
     }
     const double pull = weight * error[lane];
     for (std::size_t k = 0; k < 5; ++k) equations.gradient[k] -= pull * row[k];
@@ -124,10 +135,7 @@ Cost cost_of(const Matches& matches, const Triple& direction, double threshold_r
     Doubles first;
     Doubles second;
     cv::v_zip(towards, away, first, second);
-    std::array<double, 2 * kLanes> pairs;
-    cv::v_store(pairs.data(), first);
-    cv::v_store(&pairs[kLanes], second);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) sums = sums + cv::v_load(&pairs[2 * lane]);
+    sums = plus_pairs(plus_pairs(sums, first), second);
     if (cv::v_check_all(sums >= cv::v_setall_f64(bound))) break;
   }
   std::array<double, 2> both_ways;
@@ -159,10 +167,10 @@ NormalEquations<3> turn_equations(const Matches& matches, const std::array<doubl
     for (std::size_t k = 0; k < all.size(); ++k) cv::v_store(of[k].data(), all[k]);
     for (std::size_t lane = 0; lane < std::min(kLanes, matches.count - i); ++lane) {
       information[0][0] += of[0][lane];
-      information[1][0] -= of[1][lane];
-      information[2][0] -= of[2][lane];
+      information[0][1] -= of[1][lane];
+      information[0][2] -= of[2][lane];
       information[1][1] += of[3][lane];
-      information[2][1] -= of[4][lane];
+      information[1][2] -= of[4][lane];
       information[2][2] += of[5][lane];
       for (std::size_t k = 0; k < 3; ++k) gradient[k] += of[6 + k][lane];
     }

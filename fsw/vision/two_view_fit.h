@@ -39,7 +39,7 @@ struct Cost {
 /// it [rad^2]. Once both reach `bound` it stops, and they are what they were then.
 Cost cost_of(const Matches& matches, const Triple& direction, double threshold_rad, double bound);
 
-/// Only the lower triangle of the information is there.
+/// Only the lower triangle of the information is there, column by column: [column][row].
 template <std::size_t N>
 struct NormalEquations {
   std::array<std::array<double, N>, N> information{};
