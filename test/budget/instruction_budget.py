@@ -81,14 +81,26 @@ def functions_of(lines: Iterable[str], images: int, least: float) -> str:
     return "\n".join(lines)
 
 
+def emulator_of(program: Path) -> list[str]:
+    """For the processor that the program is built for, by the header of its ELF file."""
+    elf_machine_at = 18
+    aarch64 = 183
+    with program.open("rb") as file:
+        file.seek(elf_machine_at)
+        machine = int.from_bytes(file.read(2), "little")
+    if machine == aarch64:
+        return ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64")]
+    return ["qemu-x86_64", "-cpu", "max"]
+
+
 def trace_of(build: Path, command: list[str], functions: bool = False) -> tuple[str, list[str], list[str]]:
     """What a program of the build prints when it runs in the emulator, its marks, and the functions if wanted."""
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "trace"
         by_function = Path(folder) / "functions"
         options = f"{plugin(build)},out={trace}" + (f",functions={by_function}" if functions else "")
-        emulator = ["qemu-aarch64", "-L", str(ROOT / "build/sysroot-arm64"), "-plugin", options]
         program = [str(build / "bin" / command[0]), *command[1:]]
+        emulator = [*emulator_of(Path(program[0])), "-plugin", options]
         out = subprocess.run(emulator + program, check=True, capture_output=True, text=True).stdout
         lines = trace.read_text().splitlines()
         return out, lines, by_function.read_text().splitlines() if functions else []

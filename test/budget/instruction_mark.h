@@ -10,14 +10,15 @@
 
 namespace plumb::budget {
 
-/// What a mark says: a region begins or ends, or an image is done. instruction_budget.py reads the same numbers.
+/// What a mark says: a region begins or ends, or an image, or a tick, is done. instruction_budget.py reads the same numbers.
 enum class Region : std::uint8_t {
   kStages = 0,  ///< the stages of fsw/base/stage_observer.h, in their order
   kStep = 16,   ///< the nav job for one tick, outside the other regions
   kPyramid,     ///< building the pyramid of an image
   kFlow,        ///< following points from image to image, there and back
   kDetect,      ///< looking for corners
-  kImage = 31,  ///< its end: the counts since the last one are those of an image
+  kTick,        ///< a tick of the executive
+  kImage = 31,  ///< its end: the counts since the last one are those of an image, or of a tick
 };
 
 /// The system call fails and does nothing; the plugin sees it.

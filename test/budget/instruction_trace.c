@@ -37,7 +37,7 @@ extern const char* qemu_plugin_insn_symbol(const struct qemu_plugin_insn*);
 #define EXPORTED __attribute__((visibility("default")))
 EXPORTED int qemu_plugin_version = 1;
 
-enum { kSyscallWrite = 64, kMarkDescriptor = -7 };  // of aarch64 Linux; instruction_mark.h
+enum { kWriteOnArm = 64, kWriteOnX86 = 1, kMarkDescriptor = -7 };  // of 64-bit Linux; instruction_mark.h
 enum { kRegions = 32, kMaxDepth = 8, kMaxFunctions = 4096 };
 
 static uint64_t instructions;
@@ -87,7 +87,7 @@ static void share_out(unsigned tag) {
 static void on_syscall(qemu_plugin_id_t id, unsigned vcpu, int64_t number, uint64_t a1, uint64_t a2, uint64_t a3,
                        uint64_t a4, uint64_t a5, uint64_t a6, uint64_t a7, uint64_t a8) {
   (void)id, (void)vcpu, (void)a3, (void)a4, (void)a5, (void)a6, (void)a7, (void)a8;
-  if (number == kSyscallWrite && (int32_t)a1 == kMarkDescriptor) {
+  if ((number == kWriteOnArm || number == kWriteOnX86) && (int32_t)a1 == kMarkDescriptor) {
     fprintf(out, "%" PRIu64 " %" PRIu64 "\n", a2, instructions);
     if (functions_out != NULL) share_out((unsigned)a2);
   }

@@ -20,6 +20,7 @@ FLIGHT_FOLDERS = ("fsw", "drivers")
 
 sys.path.insert(0, str(ROOT / "test" / "budget"))
 import instruction_budget  # noqa: E402
+import tick_budget  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -96,3 +97,4 @@ def instructions(build: Path, recording: Path, images: int) -> Iterator[Figure]:
     yield Figure("arm64.front_end", "front end, instructions an image", front_end)
     yield Figure("arm64.filter", "filter, instructions an image", float(np.sum(costs.mean(axis=0))) - front_end)
     yield Figure("arm64.image", "whole image, instructions", float(np.sum(costs.mean(axis=0))))
+    yield Figure("arm64.tick", "tick, instructions", float(tick_budget.count(build, recording, images).mean()))
