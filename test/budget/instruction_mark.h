@@ -10,7 +10,8 @@
 
 namespace plumb::budget {
 
-/// What a mark says: a region begins or ends, or an image, or a tick, is done. instruction_budget.py reads the same numbers.
+/// What a mark says: a region begins or ends, or an image, or a tick, is done. instruction_budget.py reads the same
+/// numbers.
 enum class Region : std::uint8_t {
   kStages = 0,  ///< the stages of fsw/base/stage_observer.h, in their order
   kStep = 16,   ///< the nav job for one tick, outside the other regions

@@ -1,5 +1,5 @@
-// Flies a recording through the tick and the nav task in turn, a tick for each IMU sample as in flight, with marks around
-// the ticks, for tick_budget.py to count what one costs.
+// Flies a recording through the tick and the nav task in turn, a tick for each IMU sample as in flight, with marks
+// around the ticks, for tick_budget.py to count what one costs.
 //
 //   plumb-tick-budget RECORDING [IMAGES]
 
