@@ -19,6 +19,11 @@ option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OF
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
 option(PLUMB_EXACT "Arithmetic that gives the same bits on every machine" OFF)
 option(PLUMB_FUZZ "Add the fuzz targets, which need clang" OFF)
+# Where clang looks anyway in a sysroot, of which CMake learns with gcc alone: named once more it would be looked at too
+# early, before the headers of C++.
+if(CMAKE_SYSROOT)
+  list(APPEND CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES ${CMAKE_SYSROOT}/usr/include)
+endif()
 if(NOT DEFINED PLUMB_AVX2)
   include(CheckCXXSourceRuns)
   if(CMAKE_CROSSCOMPILING)
