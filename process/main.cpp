@@ -1,5 +1,6 @@
 // plumb-fsw: the flight software on a board. Exit code 0 stopped in order, 1 it could not fly or the log is not whole,
-// 2 a configuration or a device that does not do, 3 a device without which nothing flies says nothing.
+// 2 a fault of the configuration, 3 a device without which nothing flies says nothing, 4 a device or the place of the log
+// cannot be opened.
 
 #include <unistd.h>
 
@@ -27,6 +28,7 @@ namespace {
 constexpr int kExitFailed = 1;
 constexpr int kExitBadInput = 2;
 constexpr int kExitSilent = 3;
+constexpr int kExitNotThere = 4;
 
 constexpr Duration kSelfTest = Duration::from_ms(10'000);  // a STIM300 may take 5 s to start
 
@@ -41,9 +43,8 @@ struct Arguments {
 
 void tell(const std::string& sentence) { std::fprintf(stderr, "plumb-fsw: %s\n", sentence.c_str()); }
 
-int refuse(const std::vector<std::string>& faults) {
+void tell(const std::vector<std::string>& faults) {
   for (const std::string& fault : faults) tell(fault);
-  return kExitBadInput;
 }
 
 // The thread that breaks an assertion is of no use any more; the log's other records are. What is in the queues goes
@@ -121,7 +122,10 @@ int fly(FlightProcess& process, double duration_s) {
 int run(const Arguments& arguments) {
   std::vector<std::string> faults;
   FlightSetup setup = read_flight_config(arguments.config, faults);
-  if (!faults.empty()) return refuse(faults);
+  if (!faults.empty()) {
+    tell(faults);
+    return kExitBadInput;
+  }
   if (!arguments.log.empty()) setup.log = arguments.log;
   if (arguments.dry_run) {
     std::printf("%s can be flown\n", arguments.config.c_str());
@@ -129,7 +133,10 @@ int run(const Arguments& arguments) {
   }
   FlightProcess process(setup);
   process.open(faults);
-  if (!faults.empty()) return refuse(faults);
+  if (!faults.empty()) {
+    tell(faults);
+    return kExitNotThere;
+  }
   return fly(process, arguments.duration_s);
 }
 

@@ -9,13 +9,13 @@
 
 namespace plumb {
 
-/// Bytes: a second and more of each thread's records, and a quarter of a second of the largest images. All of it stays in
+/// Bytes: a second and more of each thread's records, and two tenths of the largest images. All of it stays in
 /// memory, which is locked.
 struct LogSizes {
   static constexpr std::size_t kDevice = std::size_t{128} << 10;
   static constexpr std::size_t kNav = std::size_t{256} << 10;
   static constexpr std::size_t kTick = std::size_t{1} << 20;
-  static constexpr std::size_t kImages = std::size_t{4} << 20;
+  static constexpr std::size_t kImages = std::size_t{2} << 20;
 };
 
 struct ThreadLog {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 
+#include "test/faults/heap_meter.h"
 #include "test/faults/world.h"
 
 namespace plumb::faults {
@@ -85,6 +86,7 @@ std::vector<std::string> EnduranceReport::faults() const {
   expect(slips == 0, std::to_string(slips) + " periods without a run of a job");
   expect(inputs_lost == 0, std::to_string(inputs_lost) + " inputs lost");
   expect(records_lost == 0, std::to_string(records_lost) + " log records lost");
+  expect(heap_calls == 0, std::to_string(heap_calls) + " heap calls of the flight tasks");
   return found;
 }
 
@@ -98,6 +100,7 @@ EnduranceReport fly_endurance(double length_s, double settled_s,
   report.shortest_age_s = std::numeric_limits<double>::max();
   HashPairs hashes;
   std::int64_t settled_bytes = 0;
+  std::uint64_t settled_calls = 0;
   for (int second_number = 1; report.flown_s < length_s; ++second_number) {
     report.flown_s = std::min(static_cast<double>(second_number), length_s);
     for (World* world : {&first, &second}) {
@@ -109,7 +112,11 @@ EnduranceReport fly_endurance(double length_s, double settled_s,
     second.forget_seen();
     forget_images();
     report.resident_bytes = resident_bytes();
-    if (report.flown_s <= settled_s) settled_bytes = report.resident_bytes;
+    if (report.flown_s <= settled_s) {
+      settled_bytes = report.resident_bytes;
+      settled_calls = heap_meter().calls();
+    }
+    report.heap_calls = heap_meter().calls() - settled_calls;
     report.growth_bytes = report.resident_bytes - settled_bytes;
     count_losses(first, second, report);
     constexpr int kProgressPeriod_s = 60;

@@ -21,6 +21,7 @@ struct EnduranceReport {
   std::uint64_t slips = 0;        ///< of any job of the tick, both flights
   std::uint64_t inputs_lost = 0;  ///< both flights, as the next
   std::uint64_t records_lost = 0;
+  std::uint64_t heap_calls = 0;  ///< of the flight tasks, since `settled_s`
 
   /// In sentences; empty when it passed.
   std::vector<std::string> faults() const;

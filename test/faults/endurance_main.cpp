@@ -17,10 +17,11 @@ void print(const EnduranceReport& report, Clock::time_point start) {
   const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
   std::printf(
       "%6.0f s flown in %5.0f s: %llu states compared, %llu unequal, memory %.2f MiB, grown %lld bytes, "
-      "output %.2f to %.2f ms after its sample\n",
+      "heap calls %llu, output %.2f to %.2f ms after its sample\n",
       report.flown_s, spent_s, static_cast<unsigned long long>(report.states),
       static_cast<unsigned long long>(report.unequal), static_cast<double>(report.resident_bytes) / 1048576.0,
-      static_cast<long long>(report.growth_bytes), 1e3 * report.shortest_age_s, 1e3 * report.longest_age_s);
+      static_cast<long long>(report.growth_bytes), static_cast<unsigned long long>(report.heap_calls),
+      1e3 * report.shortest_age_s, 1e3 * report.longest_age_s);
   std::fflush(stdout);
 }
 

@@ -14,6 +14,7 @@
 #include "fsw/telemetry/messages.h"
 #include "plumb_lcm/plumb/event_t.hpp"
 #include "plumb_lcm/plumb/nav_output_t.hpp"
+#include "test/faults/heap_meter.h"
 
 namespace plumb::faults {
 namespace {
@@ -65,6 +66,7 @@ double length(double x, double y, double z) { return std::sqrt(x * x + y * y + z
 }  // namespace
 
 Status Observer::publish(const char* channel, std::span<const std::uint8_t> message) {
+  const TestScope scope;
   const std::string_view name(channel);
   if (name == channel::kNavOutput) see_output(message);
   if (name == channel::kEvents) see_event(message);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "process/log_file.h"
+#include "test/faults/heap_meter.h"
 #include "test/live/flight_program.h"
 
 namespace plumb::faults {
@@ -59,6 +60,7 @@ World::~World() = default;
 
 void World::WorldClock::wait_until(Time t) {
   if (!drives_) return;
+  const TestScope scope;
   while (!woken_ && now() < t) world_.step();
   woken_ = false;
 }
@@ -81,6 +83,7 @@ void World::fly_until(double t_s) {
     if (host_.tick_hangs) {
       step();
     } else {
+      const FlightScope scope;
       tick_.run_once();
     }
   }
@@ -108,11 +111,20 @@ void World::run_devices() {
   range_.run_until(t_ns_, flight_time());
   while (!host_.imu_thread_hangs && (imu_.has_bytes() || t_ns_ - t_imu_read_ns_ >= kReadTimeout_ns)) {
     t_imu_read_ns_ = t_ns_;
-    imu_task_.run_once();
+    {
+      const FlightScope scope;
+      imu_task_.run_once();
+    }
     if (imu_.faults.gone) break;
   }
-  while (camera_.has_frame()) camera_task_.run_once();
-  while (range_.has_frame()) range_task_.run_once();
+  while (camera_.has_frame()) {
+    const FlightScope scope;
+    camera_task_.run_once();
+  }
+  while (range_.has_frame()) {
+    const FlightScope scope;
+    range_task_.run_once();
+  }
 }
 
 // Orders without an image take no time. One with an image is done when its time is over, in one go; those that came
@@ -128,6 +140,7 @@ void World::run_nav(bool at_once) {
   if (!at_once && (host_.nav_hangs || t_ns_ < t_nav_end_ns_)) return;
   nav_works_ = false;
   nav_clock_.set(t_nav_start_);
+  const FlightScope scope;
   nav_->run_once();
 }
 

@@ -1,7 +1,8 @@
 """Where two logs of one flight part: the first frame and field that differ in a bit.
 
 What is compared is what the flight software computes and what it computes it from: INPUT_FRAME by tick, NAV_STATE by
-image, NAV_OUTPUT by time, and of EVENTS, by number, those that do not tell of the machine's speed. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log.
+image, NAV_OUTPUT by time, and of EVENTS, by number, those that do not tell of the machine's speed. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log,
+or not one of a flight.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import argparse
 import struct
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -46,9 +48,14 @@ def differing_fields(a: Any, b: Any, name: str = "") -> Iterator[tuple[str, obje
         yield name, a, b
 
 
-def frames(log: Path) -> dict[str, dict[int, bytes]]:
-    """The messages of each compared channel, by frame."""
-    found: dict[str, dict[int, bytes]] = {channel: {} for channel, _, _ in _COMPARED}
+#: A frame's number, and how many with the same number came before it in the log.
+Frame = tuple[int, int]
+
+
+def frames(log: Path) -> dict[str, dict[Frame, bytes]]:
+    """The messages of each compared channel, by frame. Raises ValueError for what is not the log of a flight."""
+    found: dict[str, dict[Frame, bytes]] = {channel: {} for channel, _, _ in _COMPARED}
+    seen: Counter[tuple[str, int]] = Counter()
     decoders = {channel: (getattr(types(), name), key) for channel, name, key in _COMPARED}
     with log.open("rb"):  # LCM would end the program with a message of its own
         pass
@@ -56,23 +63,31 @@ def frames(log: Path) -> dict[str, dict[int, bytes]]:
         if event.channel not in decoders:
             continue
         decoder, key = decoders[event.channel]
-        message = decoder.decode(event.data)
-        if key is not None:
-            found[event.channel][getattr(message, key)] = event.data
-        elif message.id >= _FIRST_REPLAYED_EVENT:
-            found[event.channel][len(found[event.channel])] = event.data
+        try:
+            message = decoder.decode(event.data)
+        except (ValueError, struct.error) as error:
+            raise ValueError(f"{log}: message {event.eventnum} on {event.channel} is none of Plumb's: {error}") from error
+        if key is None and message.id < _FIRST_REPLAYED_EVENT:
+            continue
+        number = len(found[event.channel]) if key is None else getattr(message, key)
+        found[event.channel][number, seen[event.channel, number]] = event.data
+        seen[event.channel, number] += 1
+    if not found["INPUT_FRAME"]:
+        raise ValueError(f"{log}: no message on INPUT_FRAME, expected a log of plumb-fsw or plumb-replay --record")
     return found
 
 
-def first_difference(a: dict[int, bytes], b: dict[int, bytes], message_type: Any) -> str | None:
+def first_difference(a: dict[Frame, bytes], b: dict[Frame, bytes], message_type: Any) -> str | None:
     """What the first frame says in which the two differ; nothing when they are equal."""
     for frame in sorted(a.keys() | b.keys()):
+        number, repetition = frame
+        name = f"{number} for the {repetition + 1}. time" if repetition else str(number)
         if frame not in a or frame not in b:
-            return f"{frame}: only in the {'second' if frame in b else 'first'} log"
+            return f"{name}: only in the {'second' if frame in b else 'first'} log"
         if a[frame] == b[frame]:
             continue
         for field, one, other in differing_fields(message_type.decode(a[frame]), message_type.decode(b[frame])):
-            return f"{frame}, {field}: {one!r} and {other!r}"
+            return f"{name}, {field}: {one!r} and {other!r}"
     return None
 
 

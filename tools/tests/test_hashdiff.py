@@ -92,3 +92,27 @@ def test_events_that_tell_of_the_machine_may_differ(tmp_path: Path, sound: list[
 def test_a_log_that_is_not_there(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:
     one = _log(tmp_path / "one.lcm", sound)
     assert hashdiff.main([str(one), str(tmp_path / "none.lcm")]) == 2
+
+
+def test_each_of_two_frames_with_one_number_is_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    logs = [
+        _log(tmp_path / name, [("INPUT_FRAME", _frame(7, gyro)), ("INPUT_FRAME", _frame(7, 2.0))])
+        for name, gyro in (("one.lcm", 1.0), ("other.lcm", 9.0))
+    ]
+    assert hashdiff.main([str(log) for log in logs]) == 1
+    assert "tick 7, imu[0].gyro_rad_s[1]: 1.0 and 9.0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("messages", "told"),
+    [
+        ([], "no message on INPUT_FRAME"),
+        ([("NAV_STATE", b"short")], "message 0 on NAV_STATE is none of Plumb's"),
+    ],
+)
+def test_what_is_no_log_of_a_flight_is_not_equal_to_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], messages: list[tuple[str, bytes]], told: str
+) -> None:
+    log = _log(tmp_path / "none.lcm", messages)
+    assert hashdiff.main([str(log), str(log)]) == 2
+    assert f"{log}: {told}" in capsys.readouterr().err
