@@ -18,7 +18,7 @@ from typing import Any
 import lcm
 
 from plumb_tools import parameter_table
-from plumb_tools.arguments import LCM_URL
+from plumb_tools.arguments import LCM_URL, positive_seconds, whole_number
 from plumb_tools.message_types import types
 from plumb_tools.parameter_table import Parameter
 from plumb_tools.trajectory import InputError
@@ -118,8 +118,9 @@ def send(
 def _parse(arguments: list[str]) -> argparse.Namespace:
     common = argparse.ArgumentParser(add_help=False)
     common.add_argument("--lcm", metavar="URL", default=LCM_URL, help="default: %(default)s")
-    common.add_argument("--source", type=int, default=1, help="who sends it, any number; default: %(default)s")
-    common.add_argument("--timeout", type=float, default=3.0, metavar="S", help="default: %(default)s s")
+    source = whole_number(0, 2**31 - 1)
+    common.add_argument("--source", type=source, default=1, help="who sends it, any number; default: %(default)s")
+    common.add_argument("--timeout", type=positive_seconds, default=3.0, metavar="S", help="default: %(default)s s")
     parser = argparse.ArgumentParser(prog="command", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
 
