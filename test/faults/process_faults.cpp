@@ -165,7 +165,7 @@ Verdict bad_parameters(const fs::path& folder) {
   const test::ProgramOutput run = test::output_of(std::string(PLUMB_FSW) + " " + config.string() + " 2>&1");
   Finding named = has_all(run.text, {"vision.pixel_noise", "range.gate_sigma", "range.no_such", "imu.gravity"},
                           "all four named, exit code 2");
-  if (run.exit_status != 4 << 8) named = {.expected = named.expected, .seen = run.text, .passed = false};
+  if (run.exit_status != 2 << 8) named = {.expected = named.expected, .seen = run.text, .passed = false};
   const bool flew = fs::exists(folder / "flight.lcm");
   return {.modes = compared("does not fly", flew ? "a log is there" : "does not fly"), .events = named};
 }
@@ -188,7 +188,7 @@ Verdict no_room_for_the_log(const fs::path& folder) {
       test::output_of(std::string(PLUMB_FSW) + " " + write_configuration(folder, vehicle.imu_device()).string() +
                       " --log " + log + " 2>&1");
   Finding named = has_all(run.text, {log, "No such file"}, "names the file and why, exit code 4");
-  if (run.exit_status != 2 << 8) named = {.expected = named.expected, .seen = run.text, .passed = false};
+  if (run.exit_status != 4 << 8) named = {.expected = named.expected, .seen = run.text, .passed = false};
   return {.modes = compared("does not fly", run.text.find("flying") == std::string::npos ? "does not fly" : "flies"),
           .events = named};
 }
