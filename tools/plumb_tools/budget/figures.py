@@ -15,8 +15,10 @@ from plumb_tools.demo.pipeline import ROOT, replay_summary
 from plumb_tools.demo.process import StepFailed
 
 PROCESS = "plumb-fsw"
-#: Folders of the flight software whose code is counted, each with its library in the build.
+#: Folders of the flight software, whose stacks the compiler works out.
 FLIGHT_FOLDERS = ("fsw", "drivers")
+#: Folders whose libraries the process is made of.
+LINKED_FOLDERS = (*FLIGHT_FOLDERS, "hal", "config", "process")
 
 sys.path.insert(0, str(ROOT / "test" / "budget"))
 import instruction_budget  # noqa: E402
@@ -42,10 +44,13 @@ def sections(build: Path) -> Iterator[Figure]:
     yield Figure("process.text", f"{PROCESS}: code and constants", float(text))
     yield Figure("process.data", f"{PROCESS}: initialised data", float(data))
     yield Figure("process.bss", f"{PROCESS}: static memory", float(bss))
-    for folder in FLIGHT_FOLDERS:
-        for library in sorted((build / folder).glob("*/*.a")):
-            total = sum(int(line.split()[0]) for line in _lines(["size", library])[1:])
-            yield Figure(f"text.{folder}/{library.parent.name}", f"{folder}/{library.parent.name}: code", float(total))
+    for folder in sorted({library.parent for top in LINKED_FOLDERS for library in (build / top).rglob("*.a")}):
+        name = folder.relative_to(build).as_posix()
+        objects = [line.split()[:3] for library in folder.glob("*.a") for line in _lines(["size", library])[1:]]
+        code, initialised, zeroed = (sum(int(row[column]) for row in objects) for column in range(3))
+        yield Figure(f"text.{name}", f"{name}: code", float(code))
+        if initialised + zeroed > 0:
+            yield Figure(f"ram.{name}", f"{name}: static memory, initialised and not", float(initialised + zeroed))
 
 
 def stacks(build: Path) -> Iterator[Figure]:
