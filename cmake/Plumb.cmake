@@ -18,6 +18,7 @@
 option(PLUMB_SANITIZE "Build with address and undefined-behaviour sanitizers" OFF)
 option(PLUMB_COVERAGE "Build with coverage instrumentation" OFF)
 option(PLUMB_EXACT "Arithmetic that gives the same bits on every machine" OFF)
+set(PLUMB_CONTRACTION off CACHE STRING "off; fast shows what fused multiplications do to the bits of the profile exact")
 option(PLUMB_FUZZ "Add the fuzz targets, which need clang" OFF)
 # Where clang looks anyway in a sysroot, of which CMake learns with gcc alone: named once more it would be looked at too
 # early, before the headers of C++.
@@ -59,7 +60,7 @@ endif()
 if(PLUMB_EXACT)
   # What the compiler contracts and in which order Eigen's vector units add depends on the machine. The kernels of
   # fsw/math and fsw/vision keep their vectors: they fix the order of sums themselves, or add integers.
-  add_compile_options(-ffp-contract=off)
+  add_compile_options(-ffp-contract=${PLUMB_CONTRACTION})
   add_compile_definitions(EIGEN_DONT_VECTORIZE)
 endif()
 
