@@ -43,8 +43,9 @@ struct Arguments {
 
 void tell(const std::string& sentence) { std::fprintf(stderr, "plumb-fsw: %s\n", sentence.c_str()); }
 
-void tell(const std::vector<std::string>& faults) {
+int refuse(const std::vector<std::string>& faults, int exit_code) {
   for (const std::string& fault : faults) tell(fault);
+  return exit_code;
 }
 
 // The thread that breaks an assertion is of no use any more; the log's other records are. What is in the queues goes
@@ -122,10 +123,7 @@ int fly(FlightProcess& process, double duration_s) {
 int run(const Arguments& arguments) {
   std::vector<std::string> faults;
   FlightSetup setup = read_flight_config(arguments.config, faults);
-  if (!faults.empty()) {
-    tell(faults);
-    return kExitBadInput;
-  }
+  if (!faults.empty()) return refuse(faults, kExitBadInput);
   if (!arguments.log.empty()) setup.log = arguments.log;
   if (arguments.dry_run) {
     std::printf("%s can be flown\n", arguments.config.c_str());
@@ -133,10 +131,7 @@ int run(const Arguments& arguments) {
   }
   FlightProcess process(setup);
   process.open(faults);
-  if (!faults.empty()) {
-    tell(faults);
-    return kExitNotThere;
-  }
+  if (!faults.empty()) return refuse(faults, kExitNotThere);
   return fly(process, arguments.duration_s);
 }
 

@@ -9,8 +9,8 @@
 
 namespace plumb {
 
-/// Bytes: a second and more of each thread's records, and two tenths of the largest images. All of it stays in
-/// memory, which is locked.
+/// Bytes: a second and more of each thread's records, and two tenths of a second of the largest images.
+/// All of it stays in memory, which is locked.
 struct LogSizes {
   static constexpr std::size_t kDevice = std::size_t{128} << 10;
   static constexpr std::size_t kNav = std::size_t{256} << 10;

@@ -4,9 +4,6 @@
 
 #include <cinttypes>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
-#include <limits>
 #include <optional>
 #include <string>
 
@@ -14,6 +11,7 @@
 #include "fsw/app/nav_system.h"
 #include "fsw/vision/feature_tracker_impl.h"
 #include "fsw/vision/flight_kernels.h"
+#include "test/budget/budget_program.h"
 #include "test/budget/instruction_mark.h"
 #include "tools/replay/asl_reader.h"
 
@@ -84,7 +82,7 @@ int run(int argc, char** argv) {
     return 2;
   }
   const std::string config = argv[2];
-  const std::size_t images = argc == 4 ? std::strtoul(argv[3], nullptr, 10) : std::numeric_limits<std::size_t>::max();
+  const std::size_t images = images_wanted(argc, argv, 3);
   const auto source = replay::open_asl({.folder = argv[1], .parameters = {}});
   if (config == PaperConfig::kName)
     fly<PaperConfig>(*source, images);
@@ -100,11 +98,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace plumb::budget
 
-int main(int argc, char** argv) {
-  try {
-    return plumb::budget::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return plumb::budget::exit_code_of(plumb::budget::run, argc, argv); }

@@ -5,17 +5,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "fsw/app/nav_task.h"
 #include "fsw/app/tick_task.h"
 #include "fsw/vision/flight_tracker.h"
 #include "hal/include/queued_log.h"
+#include "test/budget/budget_program.h"
 #include "test/budget/instruction_mark.h"
 #include "tools/replay/asl_reader.h"
 
@@ -103,7 +100,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s RECORDING [IMAGES]\n", argv[0]);
     return 2;
   }
-  const std::size_t images = argc == 3 ? std::strtoul(argv[2], nullptr, 10) : std::numeric_limits<std::size_t>::max();
+  const std::size_t images = images_wanted(argc, argv, 2);
   const auto source = replay::open_asl({.folder = argv[1], .parameters = {}});
   const auto flight = std::make_unique<TickFlight>(source->session());
   replay::Tick tick;
@@ -116,11 +113,4 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace plumb::budget
 
-int main(int argc, char** argv) {
-  try {
-    return plumb::budget::run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return plumb::budget::exit_code_of(plumb::budget::run, argc, argv); }

@@ -1,8 +1,8 @@
 """Where two logs of one flight part: the first frame and field that differ in a bit.
 
 What is compared is what the flight software computes and what it computes it from: INPUT_FRAME by tick, NAV_STATE by
-image, NAV_OUTPUT by time, and of EVENTS, by number, those that do not tell of the machine's speed. There is no tolerance. Exit code 0 equal, 1 different, 2 no such log,
-or not one of a flight.
+image, NAV_OUTPUT by time, and of EVENTS, by number, those that do not tell of the machine's speed. There is no
+tolerance. Exit code 0 equal, 1 different, 2 no such log, or not one of a flight.
 """
 
 from __future__ import annotations
