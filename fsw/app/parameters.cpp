@@ -195,6 +195,8 @@ constexpr std::array kRows{
                                          "a smaller step ends the iteration"),
     tracker<&TrackerOptions::min_eigenvalue>("tracker.min_eigenvalue", "1", 1e-12, 1e6, kNever,
                                              "smallest eigenvalue of a patch's structure tensor"),
+    tracker<&TrackerOptions::light_change>("tracker.light_change", "1", 0, 1, kNever,
+                                           "follow patches whose light changes by a gain and an offset"),
     tracker<&TrackerOptions::forward_backward_px>("tracker.forward_backward", "px", 1e-3, 100.0, kInFlight,
                                                   "tracking back must return this close"),
     tracker<&TrackerOptions::max_residual>("tracker.max_residual", "grey levels", 0.1, 255.0, kInFlight,

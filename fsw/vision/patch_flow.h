@@ -1,12 +1,13 @@
 #pragma once
 // Finds a patch of one image in another by Lucas-Kanade on pyramids (Bouguet 2000): from the coarsest level down, the
 // patch of the first image keeps its gradients (Scharr), and the place in the second image moves until the difference
-// of the two is no longer along them. What cv::calcOpticalFlowPyrLK does, to 0.05 px.
+// of the two is no longer along them. What cv::calcOpticalFlowPyrLK does, to 0.05 px; unlike it, and where
+// TrackerOptions::light_change says so, blind to what light adds to a patch and multiplies it with (flow_patch.h).
 //
 // Grey levels, gradients and their sums are integers, and so is the system that is solved: every sum is exact, whatever
 // its order, so that vector units of any width give the same bits. The one division is a double.
 //
-// Cost: points * levels * (iterations + 2) * window * (window + 2, rounded up to 8) samples at most, each about 20
+// Cost: points * levels * (iterations + 4) * window * (window + 2, rounded up to 8) samples at most, each about 20
 // integer operations on 8 samples at once.
 
 #include <cstddef>
@@ -28,7 +29,8 @@ class PatchFlow {
   /// point.found: false when the patch left either image or has too little texture; point.to is then where it was lost.
   /// The residual is left alone.
   void refine(const ImageView& from, const ImageView& to, FlowPoint& point) const;
-  /// Mean absolute difference of the patch at from and at to [grey levels]. Precondition: refine() found the point.
+  /// Mean absolute difference of the patch at from and at to, with light_change in the light of the first [grey
+  /// levels]. Precondition: refine() found the point.
   float residual(const ImageView& from, const ImageView& to, const FlowPoint& point) const;
 
  private:
@@ -37,6 +39,7 @@ class PatchFlow {
 
   std::int32_t window_px_;
   std::int32_t max_iterations_;
+  bool light_change_;
   double epsilon2_px2_;
   std::int64_t min_eigenvalue_;  ///< of the structure tensor, in its own unit
 };

@@ -31,6 +31,7 @@ struct TrackerOptions {
   std::int32_t max_iterations = 12;  ///< per level
   double epsilon_px = 0.02;          ///< a smaller step ends the iteration
   double min_eigenvalue = 1e-4;      ///< of the patch's structure tensor, in OpenCV's normalisation
+  bool light_change = true;          ///< follow patches whose light changes by a gain and an offset
 
   // Rejection.
   double forward_backward_px = 0.7;  ///< tracking back must return this close

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 REPLAY = ROOT / "build" / "flight" / "bin" / "plumb-replay"
+
+sys.path.insert(0, str(ROOT / "test" / "budget"))
+from light_change import LIGHTS, fly, in_light  # noqa: E402
 
 MIN_COVERAGE = 0.98  # of the image span
 MAX_STANDSTILL_DRIFT_M = 0.02
@@ -31,3 +35,12 @@ def test_euroc_mh01_is_flown_within_millimetres(
     assert figures["coverage"]["covered"] >= MIN_COVERAGE
     assert figures["standstill"]["duration_s"] > 10.0
     assert figures["standstill"]["drift_m"] < MAX_STANDSTILL_DRIFT_M
+
+
+def test_light_that_changes_at_once_costs_no_accuracy(euroc_mh01: Path, tmp_path: Path) -> None:
+    if not REPLAY.is_file():
+        pytest.skip("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
+    recording = in_light(euroc_mh01, LIGHTS["every other ten images at 0.6"], tmp_path / "recording")
+    ate_m, resets = fly(REPLAY, recording, euroc_mh01, tmp_path / "out", "tracker:\n  light_change: 1\n")
+    assert ate_m < 0.008
+    assert resets == 0

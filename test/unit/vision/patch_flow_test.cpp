@@ -94,6 +94,7 @@ TEST(PatchFlow, FindsWhatOpenCvFindsTo005Pixels) {
     const TwoViews views(g);
     TrackerOptions options;
     options.window_px = 2 * static_cast<std::int32_t>(g.integer(2, 10)) + 1;
+    options.light_change = false;  // of which OpenCV's knows nothing
     const auto kernels = std::make_unique<Kernels>(test::small_lens(), options);
     kernels->push(views.image_1.view);
     kernels->push(views.image_2.view);
@@ -118,6 +119,57 @@ TEST(PatchFlow, FindsWhatOpenCvFindsTo005Pixels) {
   EXPECT_GT(both, 1000U);
   EXPECT_LT(static_cast<double>(apart), 0.02 * static_cast<double>(both)) << apart << " of " << both;
   EXPECT_LE(lost, lost_by_opencv + 2U);
+}
+
+/// The picture in another light.
+Picture lit(const Picture& picture, double gain, double offset) {
+  Picture out = picture;
+  for (std::uint8_t& grey : out.pixels) {
+    grey = static_cast<std::uint8_t>(std::clamp(std::round(gain * grey + offset), 0.0, 255.0));
+  }
+  out.view.pixels = out.pixels.data();
+  return out;
+}
+
+std::vector<FlowPoint> followed(const TrackerOptions& options, const Picture& from, const Picture& to,
+                                std::vector<FlowPoint> points) {
+  const auto kernels = std::make_unique<Kernels>(test::small_lens(), options);
+  kernels->push(from.view);
+  kernels->push(to.view);
+  kernels->follow(points, FlowDirection::kForward);
+  return points;
+}
+
+/// Of the points found by both, how many are further apart than 0.05 px.
+double share_apart(const std::vector<FlowPoint>& a, const std::vector<FlowPoint>& b) {
+  int both = 0;
+  int apart = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!a[i].found || !b[i].found) continue;
+    ++both;
+    if (std::hypot(a[i].to_u_px - b[i].to_u_px, a[i].to_v_px - b[i].to_v_px) > 0.05F) ++apart;
+  }
+  EXPECT_GT(2 * static_cast<std::size_t>(both), a.size());
+  return static_cast<double>(apart) / both;
+}
+
+TEST(PatchFlow, FollowsThroughAChangeOfLight) {
+  test::for_all(8, [](test::Generator& g) {
+    const TwoViews views(g);
+    const Picture other_light = lit(views.image_2, g.uniform(0.6, 0.9), g.uniform(0.0, 25.0));
+    const std::vector<FlowPoint> asked = random_points(g, 150);
+    TrackerOptions options;
+    const std::vector<FlowPoint> same = followed(options, views.image_1, views.image_2, asked);
+    const std::vector<FlowPoint> changed = followed(options, views.image_1, other_light, asked);
+    EXPECT_LT(share_apart(same, changed), 0.1);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      if (!same[i].found || !changed[i].found || same[i].residual > 10.0F) continue;
+      EXPECT_LT(changed[i].residual, same[i].residual + 3.0F);
+    }
+    options.light_change = false;
+    const std::vector<FlowPoint> blinded = followed(options, views.image_1, other_light, asked);
+    EXPECT_GT(share_apart(followed(options, views.image_1, views.image_2, asked), blinded), 0.3);
+  });
 }
 
 // As far as a patch that only shifts can follow one that also turns and grows.
