@@ -40,10 +40,11 @@ class FlowPatch {
     Row columns{};
     std::int32_t first_row = 0;
     std::int32_t end_row = 0;
+    std::int32_t count = 0;  ///< of pixels
   };
   /// Sums over the pixels inside.
   struct Sums {
-    GreySums count = cv::vx_setzero_s32();
+    std::int32_t count = 0;
     GreySums grey = cv::vx_setzero_s32();  ///< 1/8 grey level, above the middle
     GreySums grey2 = cv::vx_setzero_s32();
     GreySums u = cv::vx_setzero_s32();  ///< 1/128 grey level / px
@@ -56,7 +57,7 @@ class FlowPatch {
     GreySamples constant = cv::vx_setzero_s16();  ///< 1/128 grey level / px
     GreySamples gain = cv::vx_setzero_s16();      ///< 1/2^kGainBits of that a 1/8 grey level
     GreySamples of(const GreySamples& grey) const {
-      return constant + cv::v_mul_hi(cv::v_shl<16 - kGainBits>(grey), gain);
+      return constant + weighted(cv::v_shl<kWeightBits - kGainBits>(grey), gain);
     }
   };
   static constexpr int kGainBits = 12;
@@ -79,6 +80,7 @@ typename FlowPatch<Columns>::Inside FlowPatch<Columns>::inside_of(const ImageVie
   for (std::int32_t c = std::max(0, -place.column); c < end; ++c) inside.columns[static_cast<std::size_t>(c)] = -1;
   inside.first_row = std::max(0, -place.row);
   inside.end_row = std::min(side, image.height - place.row);
+  inside.count = std::max(0, end - std::max(0, -place.column)) * std::max(0, inside.end_row - inside.first_row);
   return inside;
 }
 
@@ -99,10 +101,10 @@ void FlowPatch<Columns>::sample(std::int32_t side, const GreyPlace& place, WideB
 template <std::size_t Columns>
 typename FlowPatch<Columns>::Sums FlowPatch<Columns>::differentiate(std::int32_t side, const WideBlock& wide,
                                                                     const Inside& inside) {
-  const GreySamples one = cv::vx_setall_s16(1);
   const Row none{};
   WideRow down{};
   Sums sums;
+  sums.count = inside.count;
   for (std::int32_t r = 0; r < side; ++r) {
     const std::int16_t* shown = r >= inside.first_row && r < inside.end_row ? inside.columns.data() : none.data();
     const std::int16_t* above = wide[r].data();
@@ -122,11 +124,10 @@ typename FlowPatch<Columns>::Sums FlowPatch<Columns>::differentiate(std::int32_t
       cv::v_store(&value[r][c], here);
       cv::v_store(&gradient_u[r][c], u);
       cv::v_store(&gradient_v[r][c], v);
-      sums.count = cv::v_dotprod_fast(mask, mask, sums.count);
-      sums.grey = cv::v_dotprod_fast(grey, one, sums.grey);
+      sums.grey = sum_with(sums.grey, grey);
       sums.grey2 = cv::v_dotprod_fast(grey, grey, sums.grey2);
-      sums.u = cv::v_dotprod_fast(u, one, sums.u);
-      sums.v = cv::v_dotprod_fast(v, one, sums.v);
+      sums.u = sum_with(sums.u, u);
+      sums.v = sum_with(sums.v, v);
       sums.grey_u = cv::v_dotprod_fast(coarse(u), grey, sums.grey_u);
       sums.grey_v = cv::v_dotprod_fast(coarse(v), grey, sums.grey_v);
     }
@@ -139,7 +140,7 @@ typename FlowPatch<Columns>::Light FlowPatch<Columns>::light_in(const Sums& sums
                                                                 const GreySums& product) {
   constexpr double kGainScale = 1 << kGainBits;
   constexpr double kMaxGain = 32767.0;
-  const double count = std::max(1, cv::v_reduce_sum(sums.count));
+  const double count = std::max(1, sums.count);
   const double grey = cv::v_reduce_sum(sums.grey);
   const double rise = cv::v_reduce_sum(gradient);
   const double common = (1 << kDroppedBits) * static_cast<double>(cv::v_reduce_sum(product));

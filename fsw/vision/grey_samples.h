@@ -23,7 +23,6 @@ inline constexpr int kWeightBits = 15;                        // of the place be
 inline constexpr int kGreyBits = 6;                           // of a sample
 inline constexpr int kCoarseBits = 3;                         // of differences and gradients
 inline constexpr int kDroppedBits = kGreyBits - kCoarseBits;  // from 1/64 to 1/8
-inline constexpr std::int16_t kScharr = 12288;                // 3/16 in 1/2^16: the outer weights of (3 10 3)/16
 
 inline constexpr std::int64_t kMaxGreyProduct = (255 << kCoarseBits) * (255 << kCoarseBits);
 static_assert(TrackerOptions::kMaxWindow_px * TrackerOptions::kMaxWindow_px * kMaxGreyProduct <
@@ -56,31 +55,41 @@ inline GreyPlace place_at(const ImageView& image, double u_px, double v_px) {
 
 // What 64-bit ARM does in one instruction and the universal intrinsics do in up to six. All are exact on either path.
 #if CV_NEON
-/// Between neighbouring rows. 2 a b / 2^16, rounded down, is a times a weight.
-inline GreySamples between(const GreySamples& upper, const GreySamples& lower, const GreySamples& down) {
-  return upper + GreySamples(vqdmulhq_s16((lower - upper).val, down.val));
+/// a * weight / 2^kWeightBits, rounded down. Precondition: a below 2^14.
+inline GreySamples weighted(const GreySamples& a, const GreySamples& weight) {
+  return GreySamples(vqdmulhq_s16(a.val, weight.val));
 }
-/// Between neighbouring columns [1/64 grey level].
-inline GreySamples across(const std::uint8_t* pixels, const GreySamples& right) {
-  const auto grey = [](const std::uint8_t* at) {
-    return GreySamples(vreinterpretq_s16_u16(vshll_n_u8(vld1_u8(at), kGreyBits)));
-  };
-  return between(grey(pixels), grey(pixels + 1), right);
+/// 1/64 grey level.
+inline GreySamples grey_at(const std::uint8_t* pixels) {
+  return GreySamples(vreinterpretq_s16_u16(vshll_n_u8(vld1_u8(pixels), kGreyBits)));
 }
+/// 3/16 a, rounded down.
+inline GreySamples three_sixteenths(const GreySamples& a) { return GreySamples(vqdmulhq_n_s16(a.val, 6144)); }
+inline GreySums sum_with(const GreySums& sum, const GreySamples& a) { return GreySums(vpadalq_s16(sum.val, a.val)); }
 #else
-inline GreySamples between(const GreySamples& upper, const GreySamples& lower, const GreySamples& down) {
-  return upper + cv::v_mul_hi(cv::v_shl<1>(lower - upper), down);
+inline GreySamples weighted(const GreySamples& a, const GreySamples& weight) {
+  return cv::v_mul_hi(cv::v_shl<1>(a), weight);
 }
-inline GreySamples across(const std::uint8_t* pixels, const GreySamples& right) {
-  const GreySamples here = cv::v_reinterpret_as_s16(cv::vx_load_expand(pixels));
-  const GreySamples next = cv::v_reinterpret_as_s16(cv::vx_load_expand(pixels + 1));
-  return cv::v_shl<kGreyBits>(here) + cv::v_mul_hi(cv::v_shl<kGreyBits + 1>(next - here), right);
+inline GreySamples grey_at(const std::uint8_t* pixels) {
+  return cv::v_shl<kGreyBits>(cv::v_reinterpret_as_s16(cv::vx_load_expand(pixels)));
+}
+inline GreySamples three_sixteenths(const GreySamples& a) { return cv::v_mul_hi(a, cv::vx_setall_s16(12288)); }
+inline GreySums sum_with(const GreySums& sum, const GreySamples& a) {
+  return cv::v_dotprod_fast(a, cv::vx_setall_s16(1), sum);
 }
 #endif
 
+/// Between neighbouring rows.
+inline GreySamples between(const GreySamples& upper, const GreySamples& lower, const GreySamples& down) {
+  return upper + weighted(lower - upper, down);
+}
+/// Between neighbouring columns [1/64 grey level].
+inline GreySamples across(const std::uint8_t* pixels, const GreySamples& right) {
+  return between(grey_at(pixels), grey_at(pixels + 1), right);
+}
 /// Of three neighbours, with the weights (3 10 3)/16.
 inline GreySamples scharr(const GreySamples& before, const GreySamples& at, const GreySamples& after) {
-  return at + cv::v_mul_hi((before - at) + (after - at), cv::vx_setall_s16(kScharr));
+  return at + three_sixteenths((before - at) + (after - at));
 }
 
 /// From 1/64 to 1/8, rounded to the nearest.

@@ -138,14 +138,13 @@ class PatchPair {
 
 template <std::size_t Columns>
 PairSums PatchPair<Columns>::sums() const {
-  const GreySamples one = cv::vx_setall_s16(1);
   PairSums sums;
   for (std::int32_t r = 0; r < side_; ++r) {
     for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
       const GreySamples a = cv::vx_load(&a_[r][c]);
       const GreySamples b = cv::vx_load(&b_[r][c]);
-      sums.a = cv::v_dotprod_fast(a, one, sums.a);
-      sums.b = cv::v_dotprod_fast(b, one, sums.b);
+      sums.a = sum_with(sums.a, a);
+      sums.b = sum_with(sums.b, b);
       sums.ab = cv::v_dotprod_fast(coarse(a), coarse(b), sums.ab);
       sums.bb = cv::v_dotprod_fast(coarse(b), coarse(b), sums.bb);
     }
@@ -172,14 +171,13 @@ typename PatchPair<Columns>::Light PatchPair<Columns>::light_between() const {
 
 template <std::size_t Columns>
 double PatchPair<Columns>::difference_in(const Light& light) const {
-  const GreySamples one = cv::vx_setall_s16(1);
   GreySums sum = cv::vx_setzero_s32();
   for (std::int32_t r = 0; r < side_; ++r) {
     for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
       const GreySamples a = cv::vx_load(&a_[r][c]) - light.mean_a;
       const GreySamples b = cv::vx_load(&b_[r][c]) - light.mean_b;
-      const GreySamples lit = b + cv::v_mul_hi(cv::v_shl<1>(b), light.more);
-      sum = cv::v_dotprod_fast(cv::v_absdiffs(a, lit) & cv::vx_load(&inside_[c]), one, sum);
+      const GreySamples lit = b + weighted(b, light.more);
+      sum = sum_with(sum, cv::v_absdiffs(a, lit) & cv::vx_load(&inside_[c]));
     }
   }
   return static_cast<double>(cv::v_reduce_sum(sum)) / (side_ * side_);
