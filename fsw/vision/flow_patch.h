@@ -15,6 +15,19 @@
 
 namespace plumb {
 
+/// Sums of products of the gradients [(1/16 grey level / px)^2].
+struct GradientTensor {
+  std::int64_t uu = 0;
+  std::int64_t uv = 0;
+  std::int64_t vv = 0;
+
+  std::int64_t determinant() const { return uu * vv - uv * uv; }
+  /// Whether the smaller eigenvalue reaches the limit, by the signs of the characteristic polynomial.
+  bool reaches(std::int64_t limit) const {
+    return uu >= limit && vv >= limit && (uu - limit) * (vv - limit) >= uv * uv && determinant() > 0;
+  }
+};
+
 /// Columns: of a row with a neighbour on each side, in whole vectors.
 template <std::size_t Columns>
 class FlowPatch {
@@ -29,6 +42,7 @@ class FlowPatch {
   Block value;       ///< 1/64 grey level
   Block gradient_u;  ///< 1/16 grey level / px; 0 outside of patch and image
   Block gradient_v;
+  GradientTensor tensor;
 
  private:
   // With one more row and column all around, and room for the vectors that begin at the second and third column.
@@ -38,19 +52,34 @@ class FlowPatch {
   /// shall not pull.
   struct Inside {
     Row columns{};
+    Row none{};
     std::int32_t first_row = 0;
     std::int32_t end_row = 0;
     std::int32_t count = 0;  ///< of pixels
+
+    GreySamples mask(std::int32_t row, std::size_t column) const {
+      return cv::vx_load((row >= first_row && row < end_row ? columns : none).data() + column);
+    }
   };
-  /// Sums over the pixels inside.
+  /// Three neighbours of a row, seen from the one in the middle.
+  struct Across {
+    GreySamples here;
+    GreySamples rise;    ///< from the first to the last
+    GreySamples smooth;  ///< all three
+    explicit Across(const std::int16_t* first)
+        : here(cv::vx_load(first + 1)),
+          rise(cv::vx_load(first + 2) - cv::vx_load(first)),
+          smooth(scharr(cv::vx_load(first), here, cv::vx_load(first + 2))) {}
+  };
+  /// Over the pixels inside. All are whole numbers.
   struct Sums {
-    std::int32_t count = 0;
-    GreySums grey = cv::vx_setzero_s32();  ///< 1/8 grey level, above the middle
-    GreySums grey2 = cv::vx_setzero_s32();
-    GreySums u = cv::vx_setzero_s32();  ///< 1/128 grey level / px
-    GreySums v = cv::vx_setzero_s32();
-    GreySums grey_u = cv::vx_setzero_s32();  ///< of coarse ones
-    GreySums grey_v = cv::vx_setzero_s32();
+    double count = 0.0;
+    double grey = 0.0;  ///< 1/8 grey level, above the middle
+    double grey2 = 0.0;
+    double u = 0.0;  ///< 1/128 grey level / px
+    double v = 0.0;
+    double grey_u = 0.0;  ///< of coarse gradients
+    double grey_v = 0.0;
   };
   /// What a gradient has in common with light: constant + gain * grey level, by least squares over the patch.
   struct Light {
@@ -64,11 +93,13 @@ class FlowPatch {
 
   static Inside inside_of(const ImageView& image, std::int32_t side, const GreyPlace& place);
   static void sample(std::int32_t side, const GreyPlace& place, WideBlock& wide);
-  static Light light_in(const Sums& sums, const GreySums& gradient, const GreySums& product);
   static GreySamples above_middle(const GreySamples& value) {
     return cv::v_shr<kDroppedBits>(value) - cv::vx_setall_s16(128 << kCoarseBits);
   }
+  /// Leaves the gradients in 1/128 grey level / px.
   Sums differentiate(std::int32_t side, const WideBlock& wide, const Inside& inside);
+  static Light light_in(const Sums& sums, double gradient, double grey_gradient);
+  /// Makes the gradients coarse, and their tensor.
   void take_out(const Light& in_u, const Light& in_v, std::int32_t side, const Inside& inside);
 };
 
@@ -97,74 +128,82 @@ void FlowPatch<Columns>::sample(std::int32_t side, const GreyPlace& place, WideB
   }
 }
 
-/// Leaves the gradients in 1/128 grey level / px.
 template <std::size_t Columns>
 typename FlowPatch<Columns>::Sums FlowPatch<Columns>::differentiate(std::int32_t side, const WideBlock& wide,
                                                                     const Inside& inside) {
-  const Row none{};
-  WideRow down{};
-  Sums sums;
-  sums.count = inside.count;
-  for (std::int32_t r = 0; r < side; ++r) {
-    const std::int16_t* shown = r >= inside.first_row && r < inside.end_row ? inside.columns.data() : none.data();
-    const std::int16_t* above = wide[r].data();
-    const std::int16_t* at = wide[r + 1].data();
-    const std::int16_t* below = wide[r + 2].data();
-    for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-      cv::v_store(&down[c], scharr(cv::vx_load(above + c), cv::vx_load(at + c), cv::vx_load(below + c)));
-    }
-    for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-      const GreySamples mask = cv::vx_load(shown + c);
-      const GreySamples u = (cv::vx_load(&down[c + 2]) - cv::vx_load(&down[c])) & mask;
-      const GreySamples v = (scharr(cv::vx_load(below + c), cv::vx_load(below + c + 1), cv::vx_load(below + c + 2)) -
-                             scharr(cv::vx_load(above + c), cv::vx_load(above + c + 1), cv::vx_load(above + c + 2))) &
-                            mask;
-      const GreySamples here = cv::vx_load(at + c + 1);
-      const GreySamples grey = above_middle(here) & mask;
-      cv::v_store(&value[r][c], here);
+  GreySums grey_sum = cv::vx_setzero_s32();
+  GreySums grey2_sum = cv::vx_setzero_s32();
+  GreySums u_sum = cv::vx_setzero_s32();
+  GreySums v_sum = cv::vx_setzero_s32();
+  GreySums grey_u_sum = cv::vx_setzero_s32();
+  GreySums grey_v_sum = cv::vx_setzero_s32();
+  for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
+    Across above(&wide[0][c]);
+    Across at(&wide[1][c]);
+    for (std::int32_t r = 0; r < side; ++r) {
+      const Across below(&wide[r + 2][c]);
+      const GreySamples mask = inside.mask(r, c);
+      const GreySamples u = scharr(above.rise, at.rise, below.rise) & mask;
+      const GreySamples v = (below.smooth - above.smooth) & mask;
+      const GreySamples grey = above_middle(at.here) & mask;
+      cv::v_store(&value[r][c], at.here);
       cv::v_store(&gradient_u[r][c], u);
       cv::v_store(&gradient_v[r][c], v);
-      sums.grey = sum_with(sums.grey, grey);
-      sums.grey2 = cv::v_dotprod_fast(grey, grey, sums.grey2);
-      sums.u = sum_with(sums.u, u);
-      sums.v = sum_with(sums.v, v);
-      sums.grey_u = cv::v_dotprod_fast(coarse(u), grey, sums.grey_u);
-      sums.grey_v = cv::v_dotprod_fast(coarse(v), grey, sums.grey_v);
+      grey_sum = sum_with(grey_sum, grey);
+      grey2_sum = cv::v_dotprod_fast(grey, grey, grey2_sum);
+      u_sum = sum_with(u_sum, u);
+      v_sum = sum_with(v_sum, v);
+      grey_u_sum = cv::v_dotprod_fast(coarse(u), grey, grey_u_sum);
+      grey_v_sum = cv::v_dotprod_fast(coarse(v), grey, grey_v_sum);
+      above = at;
+      at = below;
     }
   }
-  return sums;
+  const auto whole = [](const GreySums& sum) { return static_cast<double>(cv::v_reduce_sum(sum)); };
+  return {static_cast<double>(inside.count),
+          whole(grey_sum),
+          whole(grey2_sum),
+          whole(u_sum),
+          whole(v_sum),
+          whole(grey_u_sum),
+          whole(grey_v_sum)};
 }
 
 template <std::size_t Columns>
-typename FlowPatch<Columns>::Light FlowPatch<Columns>::light_in(const Sums& sums, const GreySums& gradient,
-                                                                const GreySums& product) {
+typename FlowPatch<Columns>::Light FlowPatch<Columns>::light_in(const Sums& sums, double gradient,
+                                                                double grey_gradient) {
   constexpr double kGainScale = 1 << kGainBits;
   constexpr double kMaxGain = 32767.0;
-  const double count = std::max(1, sums.count);
-  const double grey = cv::v_reduce_sum(sums.grey);
-  const double rise = cv::v_reduce_sum(gradient);
-  const double common = (1 << kDroppedBits) * static_cast<double>(cv::v_reduce_sum(product));
-  // All of them are whole numbers below 2^53. Without contrast there is no gain to see.
-  const double spread = count * static_cast<double>(cv::v_reduce_sum(sums.grey2)) - grey * grey;
-  const double gain = spread > 0.0 ? (count * common - grey * rise) / spread : 0.0;
-  const double rounded = std::clamp(std::floor(kGainScale * gain + 0.5), -kMaxGain, kMaxGain);
-  const double constant = std::floor((rise - rounded / kGainScale * grey) / count + 0.5);
-  return {cv::vx_setall_s16(static_cast<std::int16_t>(constant)),
-          cv::vx_setall_s16(static_cast<std::int16_t>(rounded))};
+  constexpr double kFine = 1 << kDroppedBits;
+  // Without contrast there is no gain to see.
+  const double spread = sums.count * sums.grey2 - sums.grey * sums.grey;
+  const double common = sums.count * kFine * grey_gradient - sums.grey * gradient;
+  const double gain =
+      spread > 0.0 ? std::clamp(std::floor(kGainScale * common / spread + 0.5), -kMaxGain, kMaxGain) : 0.0;
+  const double rest = gradient - gain / kGainScale * sums.grey;
+  const double constant = std::floor(rest / std::max(1.0, sums.count) + 0.5);
+  return {cv::vx_setall_s16(static_cast<std::int16_t>(constant)), cv::vx_setall_s16(static_cast<std::int16_t>(gain))};
 }
 
 template <std::size_t Columns>
 void FlowPatch<Columns>::take_out(const Light& in_u, const Light& in_v, std::int32_t side, const Inside& inside) {
-  const Row none{};
+  GreySums uu = cv::vx_setzero_s32();
+  GreySums uv = cv::vx_setzero_s32();
+  GreySums vv = cv::vx_setzero_s32();
   for (std::int32_t r = 0; r < side; ++r) {
-    const std::int16_t* shown = r >= inside.first_row && r < inside.end_row ? inside.columns.data() : none.data();
     for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-      const GreySamples mask = cv::vx_load(shown + c);
+      const GreySamples mask = inside.mask(r, c);
       const GreySamples grey = above_middle(cv::vx_load(&value[r][c]));
-      cv::v_store(&gradient_u[r][c], coarse(cv::vx_load(&gradient_u[r][c]) - in_u.of(grey)) & mask);
-      cv::v_store(&gradient_v[r][c], coarse(cv::vx_load(&gradient_v[r][c]) - in_v.of(grey)) & mask);
+      const GreySamples u = coarse(cv::vx_load(&gradient_u[r][c]) - in_u.of(grey)) & mask;
+      const GreySamples v = coarse(cv::vx_load(&gradient_v[r][c]) - in_v.of(grey)) & mask;
+      cv::v_store(&gradient_u[r][c], u);
+      cv::v_store(&gradient_v[r][c], v);
+      uu = cv::v_dotprod_fast(u, u, uu);
+      uv = cv::v_dotprod_fast(u, v, uv);
+      vv = cv::v_dotprod_fast(v, v, vv);
     }
   }
+  tensor = {cv::v_reduce_sum(uu), cv::v_reduce_sum(uv), cv::v_reduce_sum(vv)};
 }
 
 template <std::size_t Columns>

@@ -2,8 +2,8 @@
 // Grey levels between the pixels of an image, many at once and as integers: what PatchFlow computes with.
 //
 // Samples are 16-bit integers: interpolated grey levels in 1/64, their differences and the gradients in 1/8 grey level
-// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31. The
-// additions never saturate where that is said of their operands.
+// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31.
+// Additions saturate, on every machine alike, where gradients change by more than half of the grey levels at a pixel.
 
 #include <cmath>
 #include <cstddef>

@@ -30,36 +30,6 @@ bool touches(const ImageView& image, std::int32_t side, double u_px, double v_px
   return u_px >= -side && v_px >= -side && u_px < image.width && v_px < image.height;
 }
 
-/// Sums of products of the gradients.
-struct Tensor {
-  std::int64_t uu = 0;
-  std::int64_t uv = 0;
-  std::int64_t vv = 0;
-
-  std::int64_t determinant() const { return uu * vv - uv * uv; }
-  /// Whether the smaller eigenvalue reaches the limit, by the signs of the characteristic polynomial.
-  bool reaches(std::int64_t limit) const {
-    return uu >= limit && vv >= limit && (uu - limit) * (vv - limit) >= uv * uv && determinant() > 0;
-  }
-};
-
-template <std::size_t Columns>
-Tensor tensor_of(const FlowPatch<Columns>& patch, std::int32_t side) {
-  GreySums uu = cv::vx_setzero_s32();
-  GreySums uv = cv::vx_setzero_s32();
-  GreySums vv = cv::vx_setzero_s32();
-  for (std::int32_t r = 0; r < side; ++r) {
-    for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-      const GreySamples u = cv::vx_load(&patch.gradient_u[r][c]);
-      const GreySamples v = cv::vx_load(&patch.gradient_v[r][c]);
-      uu = cv::v_dotprod_fast(u, u, uu);
-      uv = cv::v_dotprod_fast(u, v, uv);
-      vv = cv::v_dotprod_fast(v, v, vv);
-    }
-  }
-  return {cv::v_reduce_sum(uu), cv::v_reduce_sum(uv), cv::v_reduce_sum(vv)};
-}
-
 /// Sums of the difference of the images times the gradients of the patch.
 struct Slope {
   std::int64_t u = 0;
@@ -204,7 +174,7 @@ void PatchFlow::refine_with(const ImageView& from, const ImageView& to, FlowPoin
   if (!touches(from, window_px_, from_u_px, from_v_px)) return;
   FlowPatch<Columns> patch;
   patch.take(from, window_px_, place_at(from, from_u_px, from_v_px), light_change_);
-  const Tensor tensor = tensor_of(patch, window_px_);
+  const GradientTensor tensor = patch.tensor;
   if (!tensor.reaches(min_eigenvalue_)) return;
   const auto determinant = static_cast<double>(tensor.determinant());
   double u_px = static_cast<double>(point.to_u_px) - half_px;

@@ -1,4 +1,5 @@
-// What the front end costs an image, on the kernels that fly and on OpenCV's.
+// What the front end costs an image, on the kernels that fly, on OpenCV's, and on the own ones without vectors, for
+// which this file is compiled once more, with plumb_scalar for the name of the namespace.
 //
 //   build/flight/bin/plumb-bench [--benchmark_filter=Track]
 
@@ -9,7 +10,9 @@
 #include <vector>
 
 #include "fsw/vision/flight_tracker.h"
+#if !defined(CV_FORCE_SIMD128_CPP)
 #include "test/support/opencv_tracker/opencv_tracker.h"
+#endif
 #include "test/support/property.h"
 #include "test/unit/vision/lenses.h"
 #include "test/unit/vision/textures.h"
@@ -106,14 +109,20 @@ void Track(benchmark::State& state) {
   state.counters["features"] = static_cast<double>(out.observations.size());
 }
 
-BENCHMARK_TEMPLATE(Push, Flown)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Push, OpenCvKernels)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Detect, Flown)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Detect, OpenCvKernels)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Follow, Flown)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Follow, OpenCvKernels)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Track, Flown)->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(Track, OpenCvKernels)->Unit(benchmark::kMillisecond);
+#define PLUMB_BENCH(stage, kernels) BENCHMARK_TEMPLATE(stage, kernels)->Unit(benchmark::kMillisecond)
+#define PLUMB_BENCH_ALL(kernels) \
+  PLUMB_BENCH(Push, kernels);    \
+  PLUMB_BENCH(Detect, kernels);  \
+  PLUMB_BENCH(Follow, kernels);  \
+  PLUMB_BENCH(Track, kernels)
+
+#if defined(CV_FORCE_SIMD128_CPP)
+using WithoutVectors = Flown;
+PLUMB_BENCH_ALL(WithoutVectors);
+#else
+PLUMB_BENCH_ALL(Flown);
+PLUMB_BENCH_ALL(OpenCvKernels);
+#endif
 
 }  // namespace
 }  // namespace plumb

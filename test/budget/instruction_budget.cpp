@@ -1,6 +1,6 @@
 // Flies a recording with a mark at every border between stages, for instruction_budget.py to count what each costs.
 //
-//   plumb-instruction-budget RECORDING CONFIGURATION [IMAGES]
+//   plumb-instruction-budget RECORDING CONFIGURATION [IMAGES [PARAMETERS]]
 
 #include <cinttypes>
 #include <cstdio>
@@ -77,13 +77,13 @@ void fly(replay::Source& source, std::size_t images) {
 }
 
 int run(int argc, char** argv) {
-  if (argc != 3 && argc != 4) {
-    std::fprintf(stderr, "usage: %s RECORDING CONFIGURATION [IMAGES]\n", argv[0]);
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: %s RECORDING CONFIGURATION [IMAGES [PARAMETERS]]\n", argv[0]);
     return 2;
   }
   const std::string config = argv[2];
   const std::size_t images = images_wanted(argc, argv, 3);
-  const auto source = replay::open_asl({.folder = argv[1], .parameters = {}});
+  const auto source = replay::open_asl({.folder = argv[1], .parameters = argc > 4 ? argv[4] : ""});
   if (config == PaperConfig::kName)
     fly<PaperConfig>(*source, images);
   else if (config == FlightConfig::kName)

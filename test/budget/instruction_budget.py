@@ -113,14 +113,15 @@ def count(
     images: int | None,
     least: float | None = None,
     trajectory: Path | None = None,
+    parameters: Path | None = None,
 ) -> tuple[np.ndarray, str]:
     """One row per image that the running filter processed, one column per region; and, if asked, the functions.
 
-    The poses of the flight are written to `trajectory`, a TUM file.
+    The poses of the flight are written to `trajectory`, a TUM file. `parameters` is a YAML file.
     """
-    command = ["plumb-instruction-budget", str(recording), config]
-    if images is not None:
-        command.append(str(images))
+    command = ["plumb-instruction-budget", str(recording), config, str(images or sys.maxsize)]
+    if parameters is not None:
+        command.append(str(parameters))
     out, trace, by_function = trace_of(build, command, functions=least is not None)
     costs = [list(image.values()) for image in images_of(trace, REGIONS)]
     functions = "" if least is None else functions_of(by_function, len(costs), least)
