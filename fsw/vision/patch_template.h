@@ -6,6 +6,8 @@
 // Alignment is inverse compositional (Baker and Matthews 2004): the gradients are those of the patch and are computed
 // once. Position and size are found together. Mean and gain are taken out of both sides, so that exposure changes do
 // not matter.
+//
+// Cost: at most 12 iterations * 13 * 13 samples, each interpolated between four pixels and multiplied five times.
 
 #include "fsw/base/status.h"
 #include "fsw/math/so3.h"

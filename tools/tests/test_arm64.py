@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import sim_scenes
 from arm64_programs import ARM64, EMULATOR, HOST, expect_same_results, skip_unless_built
 
 REAL_IMAGES = 120
+FLIGHTS = "PLUMB_EXACT_FLIGHTS"  # recordings in ASL layout, with a colon between them
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +46,18 @@ def test_a_real_flight_gives_the_same_bits(euroc_mh01: Path, tmp_path: Path) -> 
 def test_a_simulated_flight_gives_the_same_bits(tmp_path: Path) -> None:
     """Rendered here: a climb over a yard, with ranges."""
     _expect_same_bits(sim_scenes.fly_yard(tmp_path, 4.0), tmp_path)
+
+
+def test_whole_flights_give_the_same_bits(tmp_path: Path) -> None:
+    """Minutes each, so only those that are asked for."""
+    recordings = [Path(path) for path in os.environ.get(FLIGHTS, "").split(":") if path]
+    if not recordings:
+        pytest.skip(f"{FLIGHTS} names no recordings to be flown whole")
+    for number, recording in enumerate(recordings):
+        work = tmp_path / str(number)
+        _expect_same_bits(recording, work)
+        images = len((work / "host/states.csv").read_text().splitlines()) - 1
+        print(f"{recording.name}: {images} images, equal")
 
 
 def _kernel_hashes(*command: str) -> dict[str, str]:
