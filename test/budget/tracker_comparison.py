@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""The kernels that fly against OpenCV's, on whole flights: time, heap calls and error.
+"""The kernels that fly against OpenCV's, on whole flights: time of every stage, tracks kept, heap calls and error.
 
     test/budget/tracker_comparison.py [--rounds N] [--build build/flight] RECORDING...
 
 Flies each recording with plumb-replay and with plumb-replay-opencv, which differ in the image kernels alone, in turn
 and as often as --rounds says. Of an image's times the shortest of the rounds counts: what else the machine does only
-adds to them. Where it is allowed to, it runs before everything else, on one processor.
+adds to them. From round to round tracker.min_distance differs by a pixel or two, so that other features are followed:
+another draw of the error, of which the mean is told, the smallest and the largest. Where it is allowed to, it runs before
+everything else, on one processor.
 """
 
 import argparse
@@ -22,22 +24,33 @@ from plumb_tools.trajectory import read_truth
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = {"own kernels": "plumb-replay", "OpenCV's kernels": "plumb-replay-opencv"}
-STAGES = ("front end", "filter", "whole image")
+MIN_DISTANCES_PX = (16, 15, 17, 14, 18)  # the first is shipped
+WHOLE = ("front end", "filter", "whole image")
 
 
-def fly(program: Path, recording: Path, out: Path) -> Run:
+def fly(program: Path, recording: Path, out: Path, draw: int) -> Run:
     """One replay."""
-    command = [str(program), "--asl", str(recording), "--out", str(out)]
+    parameters = out.with_suffix(".yaml")
+    min_distance_px = MIN_DISTANCES_PX[draw % len(MIN_DISTANCES_PX)]
+    parameters.write_text(f"tracker:\n  min_distance: {min_distance_px}\n", encoding="utf-8")
+    command = [str(program), "--asl", str(recording), "--out", str(out), "--params", str(parameters)]
     subprocess.run(command, check=True, capture_output=True, text=True)
     return read_run(out, program.name)
 
 
-def times_ms(run: Run) -> np.ndarray:
-    """A row for each image, a column for each of STAGES."""
-    stages = {stage: run.timing[f"{stage}_us"] for stage in run.stages}
+def times_ms(run: Run) -> dict[str, np.ndarray]:
+    """Of every image, by stage; those of WHOLE are sums."""
+    stages = {stage: run.timing[f"{stage}_us"] / 1e3 for stage in run.stages}
     front_end = stages.pop("front_end")
     filtering = np.sum(list(stages.values()), axis=0)
-    return np.column_stack([front_end, filtering, front_end + filtering]) / 1e3
+    whole = dict(zip(WHOLE, (front_end, filtering, front_end + filtering), strict=True))
+    return {stage.replace("_", " "): times for stage, times in stages.items()} | whole
+
+
+def tracks(run: Run) -> tuple[float, float]:
+    """Tracks in an image, and images that a track lasts."""
+    ids = np.loadtxt(run.folder / "features.csv", delimiter=",", skiprows=1, usecols=2, dtype=np.int64)
+    return len(ids) / run.summary["images_processed"], len(ids) / len(np.unique(ids))
 
 
 def heap_calls_per_image(run: Run) -> float:
@@ -46,26 +59,37 @@ def heap_calls_per_image(run: Run) -> float:
     return (calls["estimator"] + calls["tracker"]) / run.summary["images_processed"]
 
 
-def compare(recording: Path, programs: Path, rounds: int) -> list[str]:
-    """Rows of the table for one recording."""
+def compare(recording: Path, programs: Path, rounds: int) -> tuple[list[str], list[str]]:
+    """Rows of the two tables for one recording: what flew, and its stages."""
     runs: dict[str, Run] = {}
-    best: dict[str, np.ndarray] = {}
+    best: dict[str, dict[str, np.ndarray]] = {}
+    errors_mm: dict[str, list[float]] = {name: [] for name in PROGRAMS}
+    truth = read_truth(recording)
     with tempfile.TemporaryDirectory() as folder:
-        for _ in range(rounds):
+        for draw in range(rounds):
             for name, program in PROGRAMS.items():
-                runs[name] = fly(programs / program, recording, Path(folder) / program)
+                runs[name] = fly(programs / program, recording, Path(folder) / program, draw)
+                errors_mm[name].append(1e3 * headline_of(truth, runs[name])[0].ate_m)
                 times = times_ms(runs[name])
-                best[name] = np.minimum(best.get(name, times), times)
-        truth = read_truth(recording)
-        ratio = best["own kernels"].mean(axis=0) / best["OpenCV's kernels"].mean(axis=0)
-        rows = []
-        for name, run in runs.items():
-            cells = [f"{column.mean():.2f}, {np.median(column):.2f}, {column.max():.1f}" for column in best[name].T]
-            headline, _ = headline_of(truth, run)
-            error = f"{1e3 * headline.ate_m:.1f}"
-            rows.append(f"| {recording.name} | {name} | {' | '.join(cells)} | {heap_calls_per_image(run):.0f} | {error} |")
-        rows.append(f"| | ratio of the means | {' | '.join(f'{value:.2f}' for value in ratio)} | | |")
-    return rows
+                before = best.get(name, times)
+                best[name] = {stage: np.minimum(before[stage], times[stage]) for stage in times}
+        kept = {name: tracks(run) for name, run in runs.items()}
+    flights = []
+    for name, run in runs.items():
+        means = " | ".join(f"{best[name][stage].mean():.2f}" for stage in WHOLE)
+        count, life = kept[name]
+        errors = errors_mm[name]
+        error = f"{np.mean(errors):.1f} ({min(errors):.1f} to {max(errors):.1f})"
+        rest = f"{heap_calls_per_image(run):.0f} | {count:.0f} | {life:.1f} | {error}"
+        flights.append(f"| {recording.name} | {name} | {means} | {rest} |")
+    own, other = (best[name] for name in PROGRAMS)
+    ratios = " | ".join(f"{own[stage].mean() / other[stage].mean():.2f}" for stage in WHOLE)
+    flights.append(f"| | ratio | {ratios} | | | | |")
+    stages = []
+    for stage in own:
+        cells = [f"{np.median(all_of[stage]):.2f} | {all_of[stage].max():.2f}" for all_of in (own, other)]
+        stages.append(f"| {recording.name} | {stage} | {' | '.join(cells)} |")
+    return flights, stages
 
 
 def go_first() -> None:
@@ -81,14 +105,20 @@ def main() -> int:
     """Compares and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
-    parser.add_argument("--rounds", type=int, default=3, help="default: %(default)s")
+    parser.add_argument("--rounds", type=int, default=5, help="default: %(default)s")
     parser.add_argument("--build", type=Path, default=ROOT / "build/flight", help="default: %(default)s")
     arguments = parser.parse_args()
     go_first()
-    print(f"| flight | kernels | {' | '.join(f'{stage} [ms]' for stage in STAGES)} | heap calls an image | ATE [mm] |")
-    print(f"|---|---|{'---|' * len(STAGES)}---:|---:|")
+    means = " | ".join(f"{stage} [ms]" for stage in WHOLE)
+    flights = [f"| flight | kernels | {means} | heap calls an image | tracks | images a track lasts | ATE [mm] |"]
+    flights.append("|---|---" + "|---:" * (len(WHOLE) + 4) + "|")
+    stages = ["| flight | stage | " + " | ".join(f"{name}: median [ms] | worst" for name in PROGRAMS) + " |"]
+    stages.append("|---|---|---:|---:|---:|---:|")
     for recording in arguments.recordings:
-        print("\n".join(compare(recording, arguments.build / "bin", arguments.rounds)), flush=True)
+        of_flight, of_stages = compare(recording, arguments.build / "bin", arguments.rounds)
+        flights += of_flight
+        stages += of_stages
+    print("\n".join([*flights, "", *stages]))
     return 0
 
 
