@@ -12,6 +12,24 @@ void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
+struct NodeCondition {
+  can_range::NodeHealth health = can_range::NodeHealth::kOk;
+  can_range::NodeMode mode = can_range::NodeMode::kOperational;
+};
+
+// The less the navigation rests on, the worse.
+NodeCondition condition_in(NavMode mode) {
+  using can_range::NodeHealth;
+  switch (mode) {
+    case NavMode::kInitialising: return {.mode = can_range::NodeMode::kInitialization};
+    case NavMode::kRangeVio: return {};
+    case NavMode::kVio: return {.health = NodeHealth::kWarning};
+    case NavMode::kInertial: return {.health = NodeHealth::kError};
+    case NavMode::kFailed: return {.health = NodeHealth::kCritical};
+  }
+  return {.health = NodeHealth::kCritical};
+}
+
 }  // namespace
 
 void ImuTask::run_once() {
@@ -36,8 +54,14 @@ void LidarLiteTask::run_once() {
   clock_.wait_until(device_.wake());
 }
 
+CanRangeTask::CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log)
+    : socket_(socket, log), receiver_(socket_, setup.can), rings_(rings), clock_(clock) {
+  if (setup.can.protocol == can_range::Protocol::kDronecan) node_status_.emplace(setup.node_status, clock.now());
+}
+
 void CanRangeTask::run_once() {
   if (!started_) started_ = ok(receiver_.start());
+  if (node_status_) tell_status();
   const Result<can_range::Reading> reading = receiver_.poll(kReceiveTimeout);
   if (reading) {
     static_cast<void>(rings_.range.push(reading->sample));
@@ -45,6 +69,13 @@ void CanRangeTask::run_once() {
   } else if (reading.status() == Status::kRejected && socket_.health().state == CanState::kDown) {
     clock_.wait_until(clock_.now() + kDevicePause);
   }
+}
+
+// A status that the bus does not take is missed by the others, as it should be.
+void CanRangeTask::tell_status() {
+  const NodeCondition condition = condition_in(rings_.mode.load(std::memory_order_relaxed));
+  const Result<CanFrame> due = node_status_->next(clock_.now(), condition.health, condition.mode);
+  if (due) static_cast<void>(socket_.send(*due));
 }
 
 void CommandTask::run_once() {

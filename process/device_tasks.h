@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/flight_config.h"
+#include "drivers/can_range/node_status.h"
 #include "drivers/can_range/receiver.h"
 #include "drivers/lidar_lite/device.h"
 #include "drivers/ov7251/device.h"
@@ -66,10 +67,10 @@ class LidarLiteTask {
   std::atomic<std::uint64_t> samples_{0};
 };
 
+/// Listens to the range finder, and is a node on a DroneCAN bus itself.
 class CanRangeTask {
  public:
-  CanRangeTask(CanSocket& socket, const can_range::Options& options, SensorRings& rings, Clock& clock, LogSink& log)
-      : socket_(socket, log), receiver_(socket_, options), rings_(rings), clock_(clock) {}
+  CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log);
 
   void run_once();
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
@@ -77,8 +78,11 @@ class CanRangeTask {
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
 
+  void tell_status();
+
   RecordingCanSocket socket_;
   can_range::Receiver receiver_;
+  std::optional<can_range::NodeStatusBroadcast> node_status_;
   SensorRings& rings_;
   Clock& clock_;
   bool started_ = false;

@@ -210,7 +210,7 @@ void FlightProcess::Parts::put_together() {
     lidar_lite.emplace(*range_bus, setup.range.lidar_lite, rings, clock(FlightThread::kRange), range_log.log);
   }
   if (range_socket != nullptr) {
-    can_range.emplace(*range_socket, setup.range.can, rings, clock(FlightThread::kRange), range_log.log);
+    can_range.emplace(*range_socket, setup.range, rings, clock(FlightThread::kRange), range_log.log);
   }
   if (command_lcm != nullptr) command.emplace(*command_lcm, rings);
   const auto sink = [this](const std::unique_ptr<LcmSink>& lcm) -> TelemetrySink& {

@@ -1,13 +1,15 @@
 #pragma once
-// What the threads that receive and the tick task share: one ring per device, one for commands, and a store of images
-// whose slots go round.
+// What the threads that receive and the tick task share: one ring per device, one for commands, a store of images whose
+// slots go round, and the mode.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "fsw/base/mission_config.h"
 #include "fsw/base/spsc_ring.h"
 #include "fsw/measurement/input_frame.h"
+#include "fsw/measurement/nav_state.h"
 
 namespace plumb {
 
@@ -45,6 +47,7 @@ struct SensorRings {
   SpscRing<std::uint8_t, kImageSlots> empty;  ///< tick to camera
   std::array<std::array<std::uint8_t, FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight>, kImageSlots>
       pixels{};
+  std::atomic<NavMode> mode{NavMode::kInitialising};  ///< tick to whom it concerns: that of the newest tick
 };
 
 }  // namespace plumb

@@ -37,6 +37,7 @@ void TickTask::assemble() {
 void TickTask::predict() {
   if (gate_.frame().handover == Handover::kReleased) output_.correct(gate_.answer().result);
   output_.step(gate_.frame());
+  rings_.mode.store(output_.mode(), std::memory_order_relaxed);
 }
 
 void TickTask::publish() {

@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -175,10 +177,63 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   EXPECT_EQ(command("ping").exit_status >> 8, 3) << "nobody flies any more";
 }
 
-TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBit) {
+/// One NodeStatus, as the public Python package understood it.
+struct NodeStatus {
+  int node_id = 0;
+  int health = 0;
+  int mode = 0;
+  int uptime_s = 0;
+};
+
+/// Listens on vcan0 until the flight is over.
+class StatusListener {
+ public:
+  StatusListener()
+      : program_(popen(PLUMB_PYTHON " " PLUMB_SOURCE_DIR "/test/emulators/can_range/can_range_node.py hear vcan0 2>&1",
+                       "r")) {
+    if (program_ == nullptr || next_line() != "listening\n") throw std::runtime_error("nobody listens: " + text_);
+  }
+  std::vector<NodeStatus> end() {
+    std::vector<NodeStatus> heard;
+    for (std::string line = next_line(); !line.empty(); line = next_line()) {
+      NodeStatus status;
+      const int found = std::sscanf(line.c_str(), "status %d %d %d %d", &status.node_id, &status.health, &status.mode,
+                                    &status.uptime_s);
+      if (found == 4) heard.push_back(status);
+    }
+    pclose(program_);
+    return heard;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string next_line() {
+    char line[256];
+    if (std::fgets(line, sizeof line, program_) == nullptr) return {};
+    text_ += line;
+    return line;
+  }
+  std::FILE* program_;
+  std::string text_;
+};
+
+TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBitAndIsANodeOnTheBus) {
   PLUMB_NEEDS_KERNEL("CAN");
   const TemporaryFolder folder;
-  const LiveFlight flight = fly(folder.path(), "vcan0", range_section("can: vcan0"));
+  StatusListener listener;
+  const LiveFlight flight = fly(folder.path(), "vcan0", range_section("can: vcan0\n  own_node_id: 77"));
+  const std::vector<NodeStatus> heard = listener.end();
+  ASSERT_GE(heard.size(), 0.5 * flight_length_s()) << listener.text();
+  EXPECT_LE(heard.size(), flight_length_s() + 15.0) << "once a second: " << listener.text();  // 15: start and end
+  constexpr int kInitialization = 1;
+  EXPECT_EQ(heard.front().mode, kInitialization) << listener.text();
+  EXPECT_EQ(heard.back().mode, 0) << "operational: " << listener.text();
+  EXPECT_EQ(heard.back().health, 0) << "ok, with camera and range: " << listener.text();
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    EXPECT_EQ(heard[i].node_id, 77);
+    EXPECT_GE(heard[i].uptime_s, i == 0 ? 0 : heard[i - 1].uptime_s);
+  }
+  EXPECT_GT(heard.back().uptime_s, 0.5 * flight_length_s()) << listener.text();
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
   expect_equal_replays(folder.path());
