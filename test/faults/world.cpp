@@ -165,7 +165,7 @@ void World::send_command(std::span<const std::uint8_t> message) {
 
 std::uint64_t World::inputs_lost() const {
   return rings_->imu.overflows() + rings_->range.overflows() + rings_->commands.overflows() +
-         camera_task_.counters().no_slot;
+         camera_task_.faults().back();
 }
 
 }  // namespace plumb::faults

@@ -98,6 +98,10 @@ void EmulatedVehicle::plug(VehicleDevice device, bool in) {
   }
 }
 
+void EmulatedVehicle::disturb_imu(const emulator::Stim300Faults& faults) {
+  imu_.with_unit([&faults](emulator::Stim300Emulator& unit) { unit.faults() = faults; });
+}
+
 // A frame is sent at its end, exposure and readout after its middle less half an exposure.
 void EmulatedVehicle::show(const std::stop_token& stop) {
   int client = -1;

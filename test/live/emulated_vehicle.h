@@ -43,6 +43,8 @@ class EmulatedVehicle {
   double image_rate_hz() const { return 1e9 / static_cast<double>(interfaces_.image_period_ns); }
   /// Takes a device away or puts it back.
   void plug(VehicleDevice device, bool in);
+  /// What goes wrong on the line of the IMU, from now on.
+  void disturb_imu(const emulator::Stim300Faults& faults);
   /// What is true, in seconds of CLOCK_MONOTONIC.
   const PlaneFlight& flight() const { return flight_; }
   double t_start_s() const { return 1e-9 * static_cast<double>(t_start_ns_); }

@@ -11,9 +11,15 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
+#include "fsw/events/device_faults.h"
+#include "fsw/events/event.h"
+#include "fsw/telemetry/executive_messages.h"
+#include "hal/linux/lcm_log.h"
+#include "plumb_lcm/plumb/event_t.hpp"
 #include "test/live/emulated_vehicle.h"
 #include "test/live/flight_program.h"
 #include "test/support/process.h"
@@ -85,9 +91,9 @@ class Load {
 /// flight. `load`: threads that burn time beside it.
 LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
-    const std::function<void()>& halfway = [] {}, unsigned load = 0) {
+    const std::function<void(EmulatedVehicle&)>& halfway = [](EmulatedVehicle&) {}, unsigned load = 0) {
   const double length_s = flight_length_s();
-  const EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
+  EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
   const Load burning(load);
   const fs::path config = folder / "flight.yaml";
   std::ofstream(config) << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), folder / "flight.lcm",
@@ -95,7 +101,7 @@ LiveFlight fly(
   FlightProgram program({"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()}, folder / "output");
   const std::chrono::duration<double> half(0.5 * length_s);
   std::this_thread::sleep_for(half);
-  halfway();
+  halfway(vehicle);
   std::this_thread::sleep_for(half);
   const int exit_code = program.stop();
   const std::string output = program.output();
@@ -137,13 +143,30 @@ TEST(LiveFlight, ReplaysBitByBitWhenTheMachineIsTooSlow) {
       folder.path(), "",
       "threads:\n  imu: {priority: 0}\n  tick: {priority: 0}\n  camera: {priority: 0}\n"
       "  nav: {priority: 0}\n",
-      5, [] {}, 4 * std::thread::hardware_concurrency());
+      5, [](EmulatedVehicle&) {}, 4 * std::thread::hardware_concurrency());
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_GT(number_after(flight.output, "results late "), 0) << "not slow enough to show anything: " << flight.output;
   expect_equal_replays(folder.path());
 }
 
-TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
+/// Whether the log tells that a counter of the STIM300 has come to `count`.
+bool tells(const fs::path& log, std::string_view counter, long count) {
+  std::string error;
+  const std::unique_ptr<LcmLogReader> reader = LcmLogReader::open(log.string(), error);
+  bool found = false;
+  for (LogEvent event; reader != nullptr && ok(reader->next(event));) {
+    event_t said{};
+    if (event.channel != channel::kEvents) continue;
+    if (said.decode(event.message.data(), 0, static_cast<int>(event.message.size())) < 0) return false;
+    if (said.id != static_cast<int>(EventId::kDeviceFaults) || said.arguments[0] != 0) continue;
+    found = found || (kStim300Faults.at(static_cast<std::size_t>(said.arguments[1])).name == counter &&
+                      said.arguments[2] == count);
+  }
+  return found;
+}
+
+// Before the commands bytes of the IMU have wrong bits for a second: they are counted and told, and the flight goes on.
+TEST(NetworkLiveFlight, ObeysACommandTellsOfWrongBytesAndReplaysBoth) {
   const char* url = std::getenv("PLUMB_TEST_LCM_URL");
   if (url == nullptr) GTEST_SKIP() << "runs in a network namespace of its own, see the test live_in_network";
   const TemporaryFolder folder;
@@ -156,7 +179,10 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   ProgramOutput set;
   ProgramOutput refused;
   ProgramOutput get;
-  const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&] {
+  const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&](EmulatedVehicle& vehicle) {
+    vehicle.disturb_imu({.flipped_bit = 0.003});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    vehicle.disturb_imu({});
     ping = command("ping");
     reset = command("reset");
     set = command("set range.gate_sigma 3 --program " PLUMB_REPLAY);
@@ -170,6 +196,11 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   EXPECT_EQ(refused.exit_status >> 8, 1) << refused.text;
   EXPECT_NE(refused.text.find("conflict"), std::string::npos) << refused.text;
   EXPECT_EQ(get.text, "range.gate_sigma 3\n");
+  const std::size_t line = flight.output.find("faults of the STIM300: ");
+  ASSERT_NE(line, std::string::npos) << flight.output;
+  const long count = number_after(flight.output.substr(line), "checksum_errors ");
+  EXPECT_GT(count, 0) << flight.output;
+  EXPECT_TRUE(tells(folder.path() / "flight.lcm", "checksum_errors", count)) << flight.output;
   expect_equal_replays(folder.path());
   const ProgramOutput replay =
       output_of(std::string(PLUMB_REPLAY) + " --log " + (folder.path() / "flight.lcm").string() + " 2>&1");
