@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "config/arguments.h"
 #include "config/flight_config.h"
 #include "fsw/base/assert.h"
 #include "fsw/vision/vector_unit.h"
@@ -31,6 +32,7 @@ constexpr int kExitBadInput = 2;
 constexpr int kExitSilent = 3;
 constexpr int kExitNotThere = 4;
 
+constexpr double kLongestFlight_s = 1e8;  // three years
 constexpr Duration kSelfTest = Duration::from_ms(10'000);  // a STIM300 may take 5 s to start
 
 struct Arguments {
@@ -151,7 +153,7 @@ int main_of(int argc, char** argv) {
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
   app.add_flag("--faults", arguments.faults, "print the faults of devices that are counted as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(number_from(1e-3, kLongestFlight_s));
   if (!vector_unit_present()) {
     tell(kVectorAdvice);
     return kExitFailed;
