@@ -36,8 +36,8 @@ TEST_F(FramerOnCapture, FindsEveryDatagram) {
   EXPECT_EQ(framer.counters().bytes, capture_.size());
 }
 
-// A stream that begins or ends at any byte of the capture, and has a few datagrams before or after: every whole datagram
-// in it is found, and nothing else.
+// A stream that begins or ends at any byte of the capture, and has a few datagrams before or after: every whole
+// datagram in it is found, and nothing else.
 TEST_F(FramerOnCapture, CutAtEveryByteOffset) {
   constexpr std::size_t kLength = 3;  // datagrams
   const auto at = [this](std::size_t byte) { return capture_.begin() + static_cast<std::ptrdiff_t>(byte); };
