@@ -192,8 +192,20 @@ class Reader {
       steps_([&] {
         if (range.can.node_id == 0) yaml.fail("node_id", "expected 1 to 127, or -1 for any");
       });
+      steps_([&] { read_own_node(yaml); });
     }
     read_range_finder(yaml, setup_.calibration, setup_.parameters, steps_);
+  }
+
+  void read_own_node(const YamlFile& yaml) {
+    RangeSetup& range = setup_.range;
+    const bool dronecan = range.can.protocol == can_range::Protocol::kDronecan;
+    if (!dronecan && yaml.has("own_node_id")) {
+      yaml.fail("own_node_id", "stands beside protocol: benewake, whose bus has no nodes; expected dronecan");
+    }
+    const int id = whole(yaml, "own_node_id", range.node_status.node_id, 1, can_range::kMaxNodeId);
+    if (id == range.can.node_id) yaml.fail("own_node_id", std::to_string(id) + " is the sensor's node_id; expected another");
+    range.node_status.node_id = static_cast<std::uint8_t>(id);
   }
 
   void read_threads(const YamlFile& yaml) {

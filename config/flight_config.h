@@ -9,6 +9,7 @@
 
 #include "config/calibration_reader.h"
 #include "drivers/can_range/decoder.h"
+#include "drivers/can_range/node_status.h"
 #include "drivers/lidar_lite/protocol.h"
 #include "drivers/stim300/configuration.h"
 #include "fsw/app/nav_job.h"
@@ -42,6 +43,7 @@ struct RangeSetup {
   std::string device;  ///< /dev/i2c-N or the name of the CAN interface
   lidar_lite::Options lidar_lite;
   can_range::Options can;
+  can_range::NodeStatusOptions node_status;  ///< what Plumb is on a DroneCAN bus
 };
 
 /// The threads of plumb-fsw.

@@ -12,6 +12,24 @@ void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
+struct NodeCondition {
+  can_range::NodeHealth health = can_range::NodeHealth::kOk;
+  can_range::NodeMode mode = can_range::NodeMode::kOperational;
+};
+
+// The less the navigation rests on, the worse.
+NodeCondition condition_in(NavMode mode) {
+  using can_range::NodeHealth;
+  switch (mode) {
+    case NavMode::kInitialising: return {.mode = can_range::NodeMode::kInitialization};
+    case NavMode::kRangeVio: return {};
+    case NavMode::kVio: return {.health = NodeHealth::kWarning};
+    case NavMode::kInertial: return {.health = NodeHealth::kError};
+    case NavMode::kFailed: return {.health = NodeHealth::kCritical};
+  }
+  return {.health = NodeHealth::kCritical};
+}
+
 }  // namespace
 
 void ImuTask::run_once() {
@@ -24,20 +42,45 @@ void ImuTask::run_once() {
     count(samples_);
   }
   if (!completed_.empty()) wake_tick_.wake();
+  report_.look(now, faults());
   if (status == Status::kRejected) clock_.wait_until(now + kDevicePause);
 }
 
+std::array<std::uint64_t, kStim300Faults.size()> ImuTask::faults() const {
+  const stim300::FramerCounters& line = device_.protocol().framer();
+  const stim300::Counters& unit = device_.protocol().counters();
+  return {line.checksum_errors, line.skipped_bytes, unit.duplicates, unit.unconfigured, unit.starting,
+          unit.faulty,          unit.stuck,         unit.overloads,  unit.unaligned,    unit.out_of_order,
+          unit.conditions,      unit.missing,       unit.slips,      unit.restarts,     device_.protocol().clock().corrections(),
+          rings_.imu.overflows()};
+}
+
 void LidarLiteTask::run_once() {
-  const Result<RangeSample> sample = device_.poll(clock_.now());
+  const Time now = clock_.now();
+  const Result<RangeSample> sample = device_.poll(now);
   if (sample) {
     static_cast<void>(rings_.range.push(*sample));
     count(samples_);
   }
+  report_.look(now, faults());
   clock_.wait_until(device_.wake());
+}
+
+std::array<std::uint64_t, kLidarLiteFaults.size()> LidarLiteTask::faults() const {
+  const lidar_lite::Counters& unit = device_.counters();
+  return {unit.not_ready,       unit.not_acknowledged, unit.busy_timeouts, unit.stuck,             unit.wrong_model,
+          unit.verify_failures, unit.resets,           unit.late,          rings_.range.overflows()};
+}
+
+CanRangeTask::CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log)
+    : socket_(socket, log), receiver_(socket_, setup.can), rings_(rings), clock_(clock) {
+  if (setup.can.protocol == can_range::Protocol::kDronecan) node_status_.emplace(setup.node_status, clock.now());
 }
 
 void CanRangeTask::run_once() {
   if (!started_) started_ = ok(receiver_.start());
+  if (node_status_) tell_status();
+  report_.look(clock_.now(), faults());
   const Result<can_range::Reading> reading = receiver_.poll(kReceiveTimeout);
   if (reading) {
     static_cast<void>(rings_.range.push(reading->sample));
@@ -45,6 +88,33 @@ void CanRangeTask::run_once() {
   } else if (reading.status() == Status::kRejected && socket_.health().state == CanState::kDown) {
     clock_.wait_until(clock_.now() + kDevicePause);
   }
+}
+
+// A status that the bus does not take is missed by the others, as it should be.
+void CanRangeTask::tell_status() {
+  const NodeCondition condition = condition_in(rings_.mode.load(std::memory_order_relaxed));
+  const Result<CanFrame> due = node_status_->next(clock_.now(), condition.health, condition.mode);
+  if (due && !ok(socket_.send(*due))) ++status_not_sent_;
+}
+
+std::array<std::uint64_t, kCanRangeFaults.size()> CanRangeTask::faults() const {
+  const can_range::TransferCounters& transfers = receiver_.decoder().transfer_counters();
+  const CanHealth& bus = socket_.health();
+  return {receiver_.decoder().counters().malformed,
+          transfers.malformed,
+          transfers.crc_errors,
+          transfers.wrong_toggle,
+          transfers.orphans,
+          transfers.abandoned,
+          transfers.duplicates,
+          transfers.nodes_forgotten,
+          bus.error_frames,
+          bus.bus_offs,
+          bus.restarts,
+          bus.overflows,
+          bus.stamps_mended,
+          status_not_sent_,
+          rings_.range.overflows()};
 }
 
 void CommandTask::run_once() {
@@ -82,6 +152,7 @@ CameraTask::CameraTask(CameraPort& port, const CameraSetup& setup, const CameraC
 void CameraTask::run_once() {
   if (!started_) started_ = start() != Status::kInvalidValue;  // a camera that is away comes back by itself
   const Result<CameraFrame> frame = next_frame();
+  report_.look(clock_.now(), faults());
   if (frame) {
     accept(*frame);
   } else if (frame.status() == Status::kRejected && port_.last_error() != 0) {
@@ -100,11 +171,24 @@ Result<CameraFrame> CameraTask::next_frame() {
   if (ov7251_) return ov7251_->poll(clock_.now(), kReceiveTimeout);
   const Result<PortFrame> frame = port_.receive(kReceiveTimeout);
   if (!frame) return frame.status();
-  if (frame->damaged) {
-    ++counters_.damaged;
-    return Status::kNotReady;
-  }
+  if (frame->damaged) return Status::kNotReady;  // the port has counted it
   return CameraFrame{.t_exposure_mid = mid_exposure(*frame), .sequence = frame->sequence, .image = frame->image};
+}
+
+std::array<std::uint64_t, kCameraFaults.size()> CameraTask::faults() const {
+  const CameraHealth& port = port_.health();
+  // The driver of the sensor looks closer than the port.
+  const ov7251::Counters sensor = ov7251_ ? ov7251_->protocol().counters() : ov7251::Counters{};
+  return {port.damaged,
+          port.malformed,
+          counters_.wrong_size + sensor.wrong_size,
+          counters_.repeated + sensor.repeated,
+          ov7251_ ? sensor.lost : port.missed,
+          ov7251_ ? sensor.out_of_order : port.out_of_order,
+          port.stamps_mended,
+          port.restarts,
+          sensor.refused,
+          counters_.no_slot};
 }
 
 void CameraTask::accept(const CameraFrame& frame) {

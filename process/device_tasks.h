@@ -1,12 +1,14 @@
 #pragma once
 // The threads that read the devices: bytes and images in, stamped samples into the rings. They do no maths.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "config/flight_config.h"
+#include "drivers/can_range/node_status.h"
 #include "drivers/can_range/receiver.h"
 #include "drivers/lidar_lite/device.h"
 #include "drivers/ov7251/device.h"
@@ -32,10 +34,10 @@ class ImuTask {
   void run_once();
   /// Any thread.
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  /// Its own thread, or when that has ended; as in kStim300Faults.
+  std::array<std::uint64_t, kStim300Faults.size()> faults() const;
   /// Any thread. Whether the unit is set up as expected.
   stim300::State state() const { return state_.load(std::memory_order_relaxed); }
-  /// When its thread has ended.
-  const stim300::Protocol& protocol() const { return device_.protocol(); }
 
  private:
   static constexpr Duration kReadTimeout = Duration::from_ms(20);
@@ -48,6 +50,7 @@ class ImuTask {
   stim300::Samples completed_;
   std::atomic<std::uint64_t> samples_{0};
   std::atomic<stim300::State> state_{stim300::State::kUnconfigured};
+  DeviceFaultReport<kStim300Faults.size()> report_{FaultyDevice::kStim300, rings_.imu_faults};
 };
 
 class LidarLiteTask {
@@ -57,6 +60,8 @@ class LidarLiteTask {
 
   void run_once();
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  /// Its own thread, or when that has ended; as in kLidarLiteFaults.
+  std::array<std::uint64_t, kLidarLiteFaults.size()> faults() const;
 
  private:
   RecordingI2cBus bus_;
@@ -64,25 +69,33 @@ class LidarLiteTask {
   SensorRings& rings_;
   Clock& clock_;
   std::atomic<std::uint64_t> samples_{0};
+  DeviceFaultReport<kLidarLiteFaults.size()> report_{FaultyDevice::kLidarLite, rings_.range_faults};
 };
 
+/// Listens to the range finder, and is a node on a DroneCAN bus itself.
 class CanRangeTask {
  public:
-  CanRangeTask(CanSocket& socket, const can_range::Options& options, SensorRings& rings, Clock& clock, LogSink& log)
-      : socket_(socket, log), receiver_(socket_, options), rings_(rings), clock_(clock) {}
+  CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log);
 
   void run_once();
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  /// Its own thread, or when that has ended; as in kCanRangeFaults.
+  std::array<std::uint64_t, kCanRangeFaults.size()> faults() const;
 
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
 
+  void tell_status();
+
   RecordingCanSocket socket_;
   can_range::Receiver receiver_;
+  std::optional<can_range::NodeStatusBroadcast> node_status_;
   SensorRings& rings_;
   Clock& clock_;
   bool started_ = false;
   std::atomic<std::uint64_t> samples_{0};
+  std::uint64_t status_not_sent_ = 0;
+  DeviceFaultReport<kCanRangeFaults.size()> report_{FaultyDevice::kCanRange, rings_.range_faults};
 };
 
 /// Receives commands. Not a device, but a thread that only brings something in all the same.
@@ -103,7 +116,6 @@ class CommandTask {
 };
 
 struct CameraTaskCounters {
-  std::uint64_t damaged = 0;
   std::uint64_t wrong_size = 0;
   /// The image before once more, by its stamp or by every pixel though it is not of one grey: noise makes that
   /// impossible, so the camera or the link repeats itself. It would look like a standstill.
@@ -118,8 +130,8 @@ class CameraTask {
 
   void run_once();
   std::uint64_t images() const { return images_.load(std::memory_order_relaxed); }
-  /// When its thread has ended.
-  const CameraTaskCounters& counters() const { return counters_; }
+  /// Its own thread, or when that has ended; as in kCameraFaults.
+  std::array<std::uint64_t, kCameraFaults.size()> faults() const;
 
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
@@ -146,6 +158,7 @@ class CameraTask {
   std::uint32_t sequence_ = 0;
   Time t_last_ = Time::never();  ///< of the image that message_ holds
   CameraTaskCounters counters_;
+  DeviceFaultReport<kCameraFaults.size()> report_{FaultyDevice::kCamera, rings_.camera_faults};
   std::atomic<std::uint64_t> images_{0};
 };
 

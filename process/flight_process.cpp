@@ -19,6 +19,7 @@
 #include "hal/linux/serial_port.h"
 #include "hal/linux/v4l2_camera.h"
 #include "process/device_tasks.h"
+#include "process/fault_page.h"
 #include "process/log_file.h"
 #include "process/thread_log.h"
 
@@ -141,6 +142,7 @@ struct FlightProcess::Parts {
     return lidar_lite ? lidar_lite->samples() : can_range ? can_range->samples() : 0;
   }
   void describe(FlightSummary& summary) const;
+  void describe_devices(FlightSummary& summary) const;
 };
 
 void FlightProcess::Parts::open_log(std::vector<std::string>& faults) {
@@ -210,7 +212,7 @@ void FlightProcess::Parts::put_together() {
     lidar_lite.emplace(*range_bus, setup.range.lidar_lite, rings, clock(FlightThread::kRange), range_log.log);
   }
   if (range_socket != nullptr) {
-    can_range.emplace(*range_socket, setup.range.can, rings, clock(FlightThread::kRange), range_log.log);
+    can_range.emplace(*range_socket, setup.range, rings, clock(FlightThread::kRange), range_log.log);
   }
   if (command_lcm != nullptr) command.emplace(*command_lcm, rings);
   const auto sink = [this](const std::unique_ptr<LcmSink>& lcm) -> TelemetrySink& {
@@ -321,6 +323,7 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   static_cast<unsigned long long>(account.overruns()), static_cast<unsigned long long>(account.slips()));
     summary.lines.emplace_back(line);
   }
+  describe_devices(summary);
   const LatencyHistogram& latency = tick->imu_latency();
   std::snprintf(line, sizeof line, "IMU sample to output: %llu, median %.0f us, 99.9 %% %.0f us, longest %.0f us",
                 static_cast<unsigned long long>(latency.count()), 1e6 * latency.permille(500).seconds(),
@@ -340,6 +343,13 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   thread.stack_used(), thread.options().stack_bytes);
     summary.lines.emplace_back(line);
   }
+}
+
+void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
+  summary.lines.push_back(fault_line(FaultyDevice::kStim300, kStim300Faults, imu->faults()));
+  summary.lines.push_back(fault_line(FaultyDevice::kCamera, kCameraFaults, camera->faults()));
+  if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, kLidarLiteFaults, lidar_lite->faults()));
+  if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, kCanRangeFaults, can_range->faults()));
 }
 
 }  // namespace plumb

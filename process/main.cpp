@@ -14,10 +14,12 @@
 #include <string>
 #include <vector>
 
+#include "config/arguments.h"
 #include "config/flight_config.h"
 #include "fsw/base/assert.h"
 #include "fsw/vision/vector_unit.h"
 #include "hal/linux/monotonic_clock.h"
+#include "process/fault_page.h"
 #include "process/flight_process.h"
 #include "process/mode_page.h"
 #include "process/schedule_page.h"
@@ -30,6 +32,7 @@ constexpr int kExitBadInput = 2;
 constexpr int kExitSilent = 3;
 constexpr int kExitNotThere = 4;
 
+constexpr double kLongestFlight_s = 1e8;  // three years
 constexpr Duration kSelfTest = Duration::from_ms(10'000);  // a STIM300 may take 5 s to start
 
 struct Arguments {
@@ -38,6 +41,7 @@ struct Arguments {
   bool dry_run = false;
   bool schedule = false;
   bool modes = false;
+  bool faults = false;
   double duration_s = 0.0;
 };
 
@@ -147,8 +151,9 @@ int main_of(int argc, char** argv) {
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
+  app.add_flag("--faults", arguments.faults, "print the faults of devices that are counted as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(number_from(1e-3, kLongestFlight_s));
   if (!vector_unit_present()) {
     tell(kVectorAdvice);
     return kExitFailed;
@@ -161,6 +166,10 @@ int main_of(int argc, char** argv) {
     }
     if (arguments.modes) {
       std::printf("%s\n%s", mode_page().c_str(), sensor_page().c_str());
+      return 0;
+    }
+    if (arguments.faults) {
+      std::printf("%s", fault_page().c_str());
       return 0;
     }
     if (config->empty()) throw CLI::RequiredError("config");

@@ -19,7 +19,9 @@ enum class NodeHealth : std::uint8_t { kOk = 0, kWarning, kError, kCritical };
 enum class NodeMode : std::uint8_t { kOperational = 0, kInitialization, kMaintenance, kSoftwareUpdate, kOffline = 7 };
 
 struct NodeStatusOptions {
-  std::uint8_t node_id = 126;  ///< 1 to 127, of nobody else on the bus
+  /// 1 to 127, of nobody else on the bus. The first are autopilots', 126 and 127 those of maintenance tools, and nodes
+  /// without one of their own are given them from 125 downwards.
+  std::uint8_t node_id = 20;
   std::uint8_t priority = 16;  ///< 0, the highest, to 31
   std::uint16_t vendor_code = 0;
 };

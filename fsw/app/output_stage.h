@@ -31,6 +31,7 @@ class OutputStage {
   /// says so.
   const Predicted& predicted() const { return predicted_; }
   const FlightMonitor::Events& events() const { return monitor_.events(); }
+  NavMode mode() const { return monitor_.mode(); }
   const OutputPredictor& predictor() const { return predictor_; }
   const ParameterStore& parameters() const { return parameters_; }
   /// ParamStore::check(), and all that works with copies of the parameters gets them anew. Changes nothing where memory

@@ -1,13 +1,16 @@
 #pragma once
-// What the threads that receive and the tick task share: one ring per device, one for commands, and a store of images
-// whose slots go round.
+// What the threads that receive and the tick task share: one ring per device for its samples and one for its faults,
+// one for commands, a store of images whose slots go round, and the mode.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "fsw/base/mission_config.h"
 #include "fsw/base/spsc_ring.h"
+#include "fsw/events/device_faults.h"
 #include "fsw/measurement/input_frame.h"
+#include "fsw/measurement/nav_state.h"
 
 namespace plumb {
 
@@ -41,10 +44,14 @@ struct SensorRings {
   SpscRing<ReceivedImu, 512> imu;  ///< 2 s at 250 Hz
   SpscRing<RangeSample, 64> range;
   SpscRing<Command, 16> commands;
+  DeviceFaultRing imu_faults;
+  DeviceFaultRing camera_faults;
+  DeviceFaultRing range_faults;
   SpscRing<StoredImage, kImageSlots> images;  ///< camera to tick
   SpscRing<std::uint8_t, kImageSlots> empty;  ///< tick to camera
   std::array<std::array<std::uint8_t, FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight>, kImageSlots>
       pixels{};
+  std::atomic<NavMode> mode{NavMode::kInitialising};  ///< tick to whom it concerns: that of the newest tick
 };
 
 }  // namespace plumb

@@ -37,6 +37,7 @@ void TickTask::assemble() {
 void TickTask::predict() {
   if (gate_.frame().handover == Handover::kReleased) output_.correct(gate_.answer().result);
   output_.step(gate_.frame());
+  rings_.mode.store(output_.mode(), std::memory_order_relaxed);
 }
 
 void TickTask::publish() {
@@ -46,6 +47,7 @@ void TickTask::publish() {
     tell_of_damage(1, answer.damage);
   }
   tell_of_gate();
+  tell_of_devices();
   answer_commands();
   for (const Event& event : output_.events()) tell(event);
   for (const PredictedState& state : output_.predicted()) send(channel::kNavOutput, state);
@@ -93,6 +95,18 @@ void TickTask::tell_of_gate() {
   }
   if (frame.nav_missed) {
     tell_some(EventId::kNavMissed, missed_throttle_, static_cast<std::int64_t>(counters.nav_missed), 0);
+  }
+}
+
+void TickTask::tell_of_devices() {
+  DeviceFault fault;
+  for (DeviceFaultRing* ring : {&rings_.imu_faults, &rings_.camera_faults, &rings_.range_faults}) {
+    for (std::size_t i = 0; i < DeviceFaultRing::capacity() && ring->pop(fault); ++i) {
+      tell({.id = EventId::kDeviceFaults,
+            .t = gate_.frame().t,
+            .arguments = {static_cast<std::int64_t>(fault.device), fault.counter,
+                          static_cast<std::int64_t>(fault.count), static_cast<std::int64_t>(fault.before)}});
+    }
   }
 }
 

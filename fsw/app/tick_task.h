@@ -76,6 +76,7 @@ class TickTask {
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);
   void tell_of_gate();
+  void tell_of_devices();
   /// `whose`: of the tick 0, of the nav job 1.
   void tell_of_damage(std::int64_t whose, ParamDamage damage);
 

@@ -5,16 +5,16 @@
 #     in_user_mode_linux.sh PROGRAM [ARGUMENT...]
 #
 # The kernel is Debian's user-mode-linux, an ordinary process; it sees the host's files, read-only, and nothing of its
-# devices or network. Exits with the program's exit status, or with 77 where that kernel is not installed or the machine
-# does not let it run.
+# devices or network. Exits with the program's exit status, or with 1 and the name of what is missing where that kernel is
+# not installed, the machine does not let it run, or it lacks a part.
 # The program finds the interface vcan0 and /dev/cuse; PLUMB_TEST_KERNEL is set.
 set -euo pipefail
 
 if [[ $$ != 1 ]]; then
   for needed in linux.uml modprobe; do
     PATH=$PATH:/usr/sbin:/sbin command -v "$needed" >/dev/null || {
-      echo "no $needed here: install the packages user-mode-linux and kmod"
-      exit 77
+      echo "no $needed here, of the packages user-mode-linux and kmod; expected them installed: tools/setup --tests"
+      exit 1
     }
   done
   script=$(realpath "$0")
@@ -25,7 +25,7 @@ if [[ $$ != 1 ]]; then
   TMPDIR=$work timeout 240 linux.uml mem=512M "umid=plumb$$" "uml_dir=$work/" rootfstype=hostfs rootflags=/ ro \
     "init=$script" "PLUMB_WORK=$work" con=null con0=fd:0,fd:1 quiet </dev/null >"$work/console" 2>&1 || true
   sed -e 's/\r$//' -e '/^exit status [0-9]*$/d' "$work/console"
-  grep -q "^kernel " "$work/console" || { echo "no kernel in user mode runs on this machine" && exit 77; }
+  grep -q "^kernel " "$work/console" || { echo "no kernel in user mode (linux.uml) runs on this machine" && exit 1; }
   status=$(sed -n 's/^exit status \([0-9]*\)\r*$/\1/p' "$work/console")
   exit "${status:-1}"
 fi
@@ -45,8 +45,14 @@ for module in drivers/net/can/dev/can-dev net/can/can net/can/can-raw drivers/ne
   insmod "$modules/$module.ko" 2>/dev/null || true
 done
 ip link set lo up
-ip link add vcan0 type vcan && ip link set vcan0 up
 status=0
-bash -c "$command" || status=$?
+lacks() {
+  echo "the kernel $(uname -r) lacks $1; expected it built in, or as a module below $modules"
+  status=1
+}
+grep -q '^CAN_RAW ' /proc/net/protocols || lacks "SocketCAN (modules can, can-raw)"
+ip link add vcan0 type vcan && ip link set vcan0 up || lacks "virtual CAN interfaces (module vcan)"
+[[ -e /dev/cuse ]] || lacks "character devices served by programs (modules fuse, cuse)"
+[[ $status != 0 ]] || bash -c "$command" || status=$?
 echo "exit status $status"
 poweroff -f &>/dev/null

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "config/arguments.h"
 #include "test/faults/command_line.h"
 #include "test/faults/endurance.h"
 
@@ -32,7 +33,7 @@ int main_of(int argc, char** argv) {
       "speed. Fails when memory grows, time slips or a hash differs.",
       "endurance");
   app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")
-      ->check(CLI::Range(10.0, 1e6));
+      ->check(number_from(10.0, 1e6));
   return run_command_line(app, argc, argv, [&length_s] {
     constexpr double kSettled_s = 60.0;
     const Clock::time_point start = Clock::now();

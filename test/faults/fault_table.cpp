@@ -4,6 +4,7 @@
 #include "test/faults/fault_table.h"
 
 #include <array>
+#include <map>
 
 #include "test/faults/command_faults.h"
 
@@ -324,6 +325,28 @@ void add_host_faults(std::vector<Fault>& rows) {
                    .recovered_in = kEither}});
 }
 
+/// What the driver of a device must notice, and tell.
+void expect_counts(std::vector<Fault>& rows) {
+  const std::map<std::string, Words> counts{{"imu-stuck", {"STIM300 counts stuck"}},
+                                            {"imu-bad-status", {"STIM300 counts faulty"}},
+                                            {"imu-restarted", {"STIM300 counts restarts"}},
+                                            {"imu-doubled", {"STIM300 counts duplicates"}},
+                                            {"imu-out-of-order", {"STIM300 counts missing"}},
+                                            {"imu-corrupted", {"STIM300 counts checksum_errors"}},
+                                            {"imu-bytes-lost", {"STIM300 counts checksum_errors"}},
+                                            {"imu-saturated", {"STIM300 counts overloads"}},
+                                            {"camera-stuck", {"camera counts repeated"}},
+                                            {"camera-doubled", {"camera counts repeated"}},
+                                            {"camera-damaged", {"camera counts damaged"}},
+                                            {"camera-wrong-size", {"camera counts wrong_size"}},
+                                            {"range-doubled", {"CAN range finder counts duplicates"}},
+                                            {"range-corrupted", {"CAN range finder counts crc_errors"}},
+                                            {"range-nan", {"CAN range finder counts malformed"}}};
+  for (Fault& fault : rows) {
+    if (const auto at = counts.find(fault.name); at != counts.end()) fault.expected.counts = at->second;
+  }
+}
+
 }  // namespace
 
 std::vector<Fault> flight_faults() {
@@ -333,6 +356,7 @@ std::vector<Fault> flight_faults() {
   add_camera_faults(rows);
   add_range_faults(rows);
   add_host_faults(rows);
+  expect_counts(rows);
   return rows;
 }
 

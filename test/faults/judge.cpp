@@ -63,18 +63,32 @@ Finding judge_modes(const Fault& fault, const SeenFlight& seen) {
           .passed = matches(modes, fault.expected.modes)};
 }
 
+bool is_count(const SeenEvent& event) { return event.words.find(kCounts) != std::string::npos; }
+
 Finding judge_events(const Fault& fault, const SeenFlight& seen) {
   const Expectation& expected = fault.expected;
   Words told;
   bool passed = true;
   for (const SeenEvent& event : seen.events) {
-    if (event.t_s < fault.from_s || event.words.starts_with("mode ") || has(told, event.words)) continue;
+    if (event.t_s < fault.from_s || event.words.starts_with("mode ") || is_count(event) || has(told, event.words))
+      continue;
     told.push_back(event.words);
     passed = passed && (has(expected.events, event.words) || has(expected.also, event.words));
   }
   for (const std::string& event : expected.events) passed = passed && has(told, event);
   const std::string also = expected.also.empty() ? "" : " (perhaps " + joined(expected.also, ", ") + ")";
   return {.expected = joined(expected.events, ", ") + also, .seen = joined(told, ", "), .passed = passed};
+}
+
+Finding judge_counts(const Fault& fault, const SeenFlight& seen) {
+  Words told;
+  for (const SeenEvent& event : seen.events) {
+    if (event.t_s >= fault.from_s && is_count(event) && !has(told, event.words)) told.push_back(event.words);
+  }
+  bool passed = fault.begin != nullptr || told.empty();
+  for (const std::string& counter : fault.expected.counts) passed = passed && has(told, counter);
+  const Words& expected = fault.expected.counts.empty() && passed ? told : fault.expected.counts;
+  return {.expected = joined(expected, ", "), .seen = joined(told, ", "), .passed = passed};
 }
 
 Finding judge_recovery(const Fault& fault, const SeenFlight& seen) {
@@ -180,6 +194,7 @@ JudgedFlight fly_and_judge(const Fault& fault, const std::filesystem::path& fold
       .what = fault.what,
       .modes = judge_modes(fault, seen),
       .events = judge_events(fault, seen),
+      .counts = judge_counts(fault, seen),
       .recovery = judge_recovery(fault, seen),
       .error = judge_error(fault, seen, fault.expected.same_states ? &flight_without_fault(folder) : nullptr),
       .replay = judge_replay(fault, log)};

@@ -33,6 +33,9 @@ struct Expectation {
   Words events = {};
   /// May be told besides. Anything else must not.
   Words also = {};
+  /// What drivers must tell to have counted, as "STIM300 counts checksum_errors". Others of their counters may rise
+  /// too.
+  Words counts = {};
   /// From the end of the fault until the output is in the last mode, valid and reliable, for good.
   double recovery_s = 0.0;
   /// Other modes than the last that count as recovered.
@@ -68,10 +71,13 @@ struct Verdict {
   std::string what = {};
   Finding modes = {};
   Finding events = {};
+  Finding counts = {};    ///< of the drivers
   Finding recovery = {};  ///< in flight time
   Finding error = {};     ///< of the state, after recovery
   Finding replay = {};    ///< of the log
-  bool passed() const { return modes.passed && events.passed && recovery.passed && error.passed && replay.passed; }
+  bool passed() const {
+    return modes.passed && events.passed && counts.passed && recovery.passed && error.passed && replay.passed;
+  }
 };
 
 struct JudgedFlight {

@@ -8,9 +8,10 @@ namespace {
 
 using Named = std::pair<const char*, const Finding*>;
 
-std::array<Named, 5> findings_of(const Verdict& verdict) {
+std::array<Named, 6> findings_of(const Verdict& verdict) {
   return {{{"modes", &verdict.modes},
            {"events", &verdict.events},
+           {"counts", &verdict.counts},
            {"recovery", &verdict.recovery},
            {"error", &verdict.error},
            {"replay", &verdict.replay}}};
@@ -42,7 +43,8 @@ std::string page_of(const std::vector<Verdict>& verdicts) {
       "Written by `tools/faults --out docs/fault_matrix.md`; [executive](executive.md#faults) tells how. In italics "
       "what was\n"
       "expected, where it is not what was seen: limits, and events that may come besides.\n\n"
-      "| fault | what happens | modes | events | recovery | error | replay | |\n|---|---|---|---|---|---|---|---|\n";
+      "| fault | what happens | modes | events | told by drivers | recovery | error | replay | "
+      "|\n|---|---|---|---|---|---|---|---|---|\n";
   for (const Verdict& verdict : verdicts) {
     page += "| `" + verdict.name + "` | " + verdict.what;
     for (const auto& [name, finding] : findings_of(verdict)) page += " | " + cell(*finding);

@@ -6,6 +6,7 @@
 
 #include "fsw/app/flight_schedule.h"
 #include "fsw/app/parameters.h"
+#include "fsw/events/device_faults.h"
 #include "fsw/events/event.h"
 #include "fsw/measurement/command.h"
 #include "fsw/modes/mode_machine.h"
@@ -34,6 +35,15 @@ std::string name_in(const Table& table, std::int64_t state) {
   return "unknown";
 }
 
+/// "STIM300 counts checksum_errors"
+std::string fault_words(FaultyDevice device, std::int64_t counter) {
+  const std::array<std::span<const FaultText>, 4> tables{kStim300Faults, kCameraFaults, kLidarLiteFaults,
+                                                         kCanRangeFaults};
+  const auto index = static_cast<std::size_t>(device);
+  return std::string(kFaultyDeviceNames[index]) + kCounts +
+         std::string(tables[index][static_cast<std::size_t>(counter)].name);
+}
+
 std::string words_of(const event_t& event) {
   constexpr std::array<const char*, 9> kVerdicts{"accepted",          "refused: checksum", "refused: no such command",
                                                  "refused: argument", "refused: repeated", "refused: other table",
@@ -49,6 +59,7 @@ std::string words_of(const event_t& event) {
     case EventId::kParametersDamaged:
       return std::string(event.arguments[0] == 0 ? "tick" : "nav") + " parameters " +
              kDamages[static_cast<std::size_t>(event.arguments[1])];
+    case EventId::kDeviceFaults: return fault_words(static_cast<FaultyDevice>(event.arguments[0]), event.arguments[1]);
     case EventId::kModeChanged: return "mode " + name_in(kModeTable, event.arguments[1]);
     case EventId::kSensorChanged:
       return std::string(kSensorNames[static_cast<std::size_t>(event.arguments[0])]) + " " +

@@ -26,6 +26,9 @@ struct SeenOutput {
   double velocity_error_m_s = 0.0;
 };
 
+/// Between device and counter in the words of an event: "STIM300 counts checksum_errors".
+inline constexpr const char* kCounts = " counts ";
+
 /// One event in words: "camera silent", "mode inertial", "filter reset", "command refused: checksum".
 struct SeenEvent {
   double t_s = 0.0;

@@ -49,7 +49,7 @@ World::World(const std::filesystem::path& log)
       link_(std::make_unique<NavLink>()),
       imu_task_(imu_, setup_.imu.settings, *rings_, clock_, tick_clock_, imu_log_.log),
       camera_task_(camera_, setup_.camera, setup_.calibration.camera, *rings_, clock_, camera_log_.log),
-      range_task_(range_, setup_.range.can, *rings_, clock_, range_log_.log),
+      range_task_(range_, setup_.range, *rings_, clock_, range_log_.log),
       tick_(setup_.parameters, *rings_, *link_, tick_clock_, nav_clock_, tick_log_.log, observer_),
       tracker_(std::make_unique<FlightTracker<FlightConfig>>(setup_.calibration.camera, setup_.parameters.tracker)),
       slow_tracker_(*this, *tracker_),
@@ -165,7 +165,7 @@ void World::send_command(std::span<const std::uint8_t> message) {
 
 std::uint64_t World::inputs_lost() const {
   return rings_->imu.overflows() + rings_->range.overflows() + rings_->commands.overflows() +
-         camera_task_.counters().no_slot;
+         camera_task_.faults().back();
 }
 
 }  // namespace plumb::faults

@@ -8,10 +8,10 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 
 #include "hal/linux/frame_message.h"
-#include "test/emulators/can_range/can_range_encoder.h"
 
 namespace plumb::test {
 namespace {
@@ -46,14 +46,6 @@ std::vector<std::vector<std::uint8_t>> all_images(double longest_s, std::int64_t
   return images;
 }
 
-std::unique_ptr<LinuxCanSocket> open_can(const std::string& name) {
-  if (name.empty()) return nullptr;
-  std::string error;
-  std::unique_ptr<LinuxCanSocket> bus = LinuxCanSocket::open(name, error);
-  if (bus == nullptr) throw std::runtime_error(error);
-  return bus;
-}
-
 std::unique_ptr<hil::VideoOutput> open_video(const std::string& device) {
   if (device.empty()) return nullptr;
   std::string error;
@@ -67,7 +59,6 @@ std::unique_ptr<hil::VideoOutput> open_video(const std::string& device) {
 EmulatedVehicle::EmulatedVehicle(VehicleInterfaces interfaces, double longest_s)
     : interfaces_(std::move(interfaces)),
       images_(all_images(longest_s, interfaces_.image_period_ns)),
-      can_(open_can(interfaces_.can)),
       video_(open_video(interfaces_.camera_device)),
       listening_(interfaces_.camera_socket.empty() ? -1 : listen_at(interfaces_.camera_socket)),
       t_start_ns_(now_ns()),
@@ -78,7 +69,13 @@ EmulatedVehicle::EmulatedVehicle(VehicleInterfaces interfaces, double longest_s)
     unit.set_specific_force([this](double t_s) { return flight_.force_m_s2(t_s); });
   });
   camera_ = std::jthread([this](const std::stop_token& stop) { show(stop); });
-  if (can_ != nullptr) range_ = std::jthread([this](const std::stop_token& stop) { measure_on_can(stop); });
+  if (!interfaces_.can.empty()) {
+    can_ = std::make_unique<CanRangeOnBus>(interfaces_.can, CanRangeEmulator::Kind::kDronecan, 1);
+    can_->with_unit([this](CanRangeEmulator& unit) {
+      unit.set_motion(
+          [this](std::int64_t t_ns) { return std::optional(flight_.height_m(1e-9 * static_cast<double>(t_ns))); });
+    });
+  }
   if (interfaces_.lidar_lite != nullptr) {
     lidar_lite_ = std::make_unique<LidarLiteServed>(interfaces_.lidar_lite, "v3");
     range_ = std::jthread([this](const std::stop_token& stop) { measure_on_i2c(stop); });
@@ -88,6 +85,7 @@ EmulatedVehicle::EmulatedVehicle(VehicleInterfaces interfaces, double longest_s)
 EmulatedVehicle::~EmulatedVehicle() {
   camera_ = {};
   range_ = {};
+  can_ = {};
   if (listening_ >= 0) close(listening_);
 }
 
@@ -96,6 +94,13 @@ void EmulatedVehicle::plug(VehicleDevice device, bool in) {
   if (device == VehicleDevice::kImu) {
     imu_.with_unit([in](emulator::Stim300Emulator& unit) { unit.faults().unplugged = !in; });
   }
+  if (device == VehicleDevice::kRange && can_ != nullptr) {
+    can_->with_unit([in](CanRangeEmulator& unit) { unit.faults().silent = !in; });
+  }
+}
+
+void EmulatedVehicle::disturb_imu(const emulator::Stim300Faults& faults) {
+  imu_.with_unit([&faults](emulator::Stim300Emulator& unit) { unit.faults() = faults; });
 }
 
 // A frame is sent at its end, exposure and readout after its middle less half an exposure.
@@ -146,15 +151,6 @@ void EmulatedVehicle::show_to_client(int& client, std::size_t index, std::int64_
   if (send(client, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0 && errno == EPIPE) {
     close(client);
     client = -1;
-  }
-}
-
-void EmulatedVehicle::measure_on_can(const std::stop_token& stop) {
-  for (unsigned i = 0; !stop.stop_requested(); ++i) {
-    sleep_until(t_start_ns_ + static_cast<std::int64_t>(i) * kRangePeriod_ns);
-    if (is_away(VehicleDevice::kRange)) continue;
-    const double range_m = flight_.height_m(1e-9 * static_cast<double>(now_ns()));
-    for (const CanFrame& frame : measurement_frames({}, range_m, 1, i % 32)) static_cast<void>(can_->send(frame));
   }
 }
 

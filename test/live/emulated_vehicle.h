@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/linux/can_socket.h"
+#include "test/emulators/can_range/can_range_on_bus.h"
 #include "test/emulators/lidar_lite/lidar_lite_served.h"
 #include "test/emulators/stim300/stim300_on_pty.h"
 #include "test/live/plane_flight.h"
@@ -43,6 +43,8 @@ class EmulatedVehicle {
   double image_rate_hz() const { return 1e9 / static_cast<double>(interfaces_.image_period_ns); }
   /// Takes a device away or puts it back.
   void plug(VehicleDevice device, bool in);
+  /// What goes wrong on the line of the IMU, from now on.
+  void disturb_imu(const emulator::Stim300Faults& faults);
   /// What is true, in seconds of CLOCK_MONOTONIC.
   const PlaneFlight& flight() const { return flight_; }
   double t_start_s() const { return 1e-9 * static_cast<double>(t_start_ns_); }
@@ -51,13 +53,12 @@ class EmulatedVehicle {
   bool is_away(VehicleDevice device) const { return away_[static_cast<std::size_t>(device)].load(); }
   void show(const std::stop_token& stop);
   void show_to_client(int& client, std::size_t index, std::int64_t t_end_ns) const;
-  void measure_on_can(const std::stop_token& stop);
   void measure_on_i2c(const std::stop_token& stop);
 
   VehicleInterfaces interfaces_;
   std::vector<std::vector<std::uint8_t>> images_;
   std::unique_ptr<LidarLiteServed> lidar_lite_;
-  std::unique_ptr<LinuxCanSocket> can_;
+  std::unique_ptr<CanRangeOnBus> can_;
   std::unique_ptr<hil::VideoOutput> video_;
   std::array<std::atomic<bool>, 3> away_{};
   int listening_;

@@ -5,13 +5,25 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <map>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "fsw/events/device_faults.h"
+#include "fsw/events/event.h"
+#include "fsw/measurement/nav_state.h"
+#include "fsw/telemetry/executive_messages.h"
+#include "hal/linux/lcm_log.h"
+#include "plumb_lcm/plumb/event_t.hpp"
 #include "test/live/emulated_vehicle.h"
 #include "test/live/flight_program.h"
 #include "test/support/process.h"
@@ -83,9 +95,9 @@ class Load {
 /// flight. `load`: threads that burn time beside it.
 LiveFlight fly(
     const fs::path& folder, const std::string& can, const std::string& more, int niceness = 0,
-    const std::function<void()>& halfway = [] {}, unsigned load = 0) {
+    const std::function<void(EmulatedVehicle&)>& halfway = [](EmulatedVehicle&) {}, unsigned load = 0) {
   const double length_s = flight_length_s();
-  const EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
+  EmulatedVehicle vehicle({.camera_socket = folder / "camera", .can = can}, length_s + 10.0);
   const Load burning(load);
   const fs::path config = folder / "flight.yaml";
   std::ofstream(config) << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), folder / "flight.lcm",
@@ -93,7 +105,7 @@ LiveFlight fly(
   FlightProgram program({"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()}, folder / "output");
   const std::chrono::duration<double> half(0.5 * length_s);
   std::this_thread::sleep_for(half);
-  halfway();
+  halfway(vehicle);
   std::this_thread::sleep_for(half);
   const int exit_code = program.stop();
   const std::string output = program.output();
@@ -135,13 +147,35 @@ TEST(LiveFlight, ReplaysBitByBitWhenTheMachineIsTooSlow) {
       folder.path(), "",
       "threads:\n  imu: {priority: 0}\n  tick: {priority: 0}\n  camera: {priority: 0}\n"
       "  nav: {priority: 0}\n",
-      5, [] {}, 4 * std::thread::hardware_concurrency());
+      5, [](EmulatedVehicle&) {}, 4 * std::thread::hardware_concurrency());
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_GT(number_after(flight.output, "results late "), 0) << "not slow enough to show anything: " << flight.output;
   expect_equal_replays(folder.path());
 }
 
-TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
+/// What the log has on channel EVENTS.
+std::vector<event_t> events_of(const fs::path& log) {
+  std::string error;
+  const std::unique_ptr<LcmLogReader> reader = LcmLogReader::open(log.string(), error);
+  std::vector<event_t> events;
+  for (LogEvent event; reader != nullptr && ok(reader->next(event));) {
+    if (event.channel != channel::kEvents) continue;
+    if (events.emplace_back().decode(event.message.data(), 0, static_cast<int>(event.message.size())) < 0) return {};
+  }
+  return events;
+}
+
+/// Whether the log tells that a counter of the STIM300 has come to `count`.
+bool tells(const fs::path& log, std::string_view counter, long count) {
+  const std::vector<event_t> events = events_of(log);
+  return std::any_of(events.begin(), events.end(), [&](const event_t& said) {
+    return said.id == static_cast<int>(EventId::kDeviceFaults) && said.arguments[0] == 0 &&
+           kStim300Faults.at(static_cast<std::size_t>(said.arguments[1])).name == counter && said.arguments[2] == count;
+  });
+}
+
+// Before the commands bytes of the IMU have wrong bits for a second: they are counted and told, and the flight goes on.
+TEST(NetworkLiveFlight, ObeysACommandTellsOfWrongBytesAndReplaysBoth) {
   const char* url = std::getenv("PLUMB_TEST_LCM_URL");
   if (url == nullptr) GTEST_SKIP() << "runs in a network namespace of its own, see the test live_in_network";
   const TemporaryFolder folder;
@@ -154,7 +188,10 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   ProgramOutput set;
   ProgramOutput refused;
   ProgramOutput get;
-  const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&] {
+  const LiveFlight flight = fly(folder.path(), "", "lcm: " + std::string(url) + "\n", 0, [&](EmulatedVehicle& vehicle) {
+    vehicle.disturb_imu({.flipped_bit = 0.003});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    vehicle.disturb_imu({});
     ping = command("ping");
     reset = command("reset");
     set = command("set range.gate_sigma 3 --program " PLUMB_REPLAY);
@@ -168,6 +205,11 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   EXPECT_EQ(refused.exit_status >> 8, 1) << refused.text;
   EXPECT_NE(refused.text.find("conflict"), std::string::npos) << refused.text;
   EXPECT_EQ(get.text, "range.gate_sigma 3\n");
+  const std::size_t line = flight.output.find("faults of the STIM300: ");
+  ASSERT_NE(line, std::string::npos) << flight.output;
+  const long count = number_after(flight.output.substr(line), "checksum_errors ");
+  EXPECT_GT(count, 0) << flight.output;
+  EXPECT_TRUE(tells(folder.path() / "flight.lcm", "checksum_errors", count)) << flight.output;
   expect_equal_replays(folder.path());
   const ProgramOutput replay =
       output_of(std::string(PLUMB_REPLAY) + " --log " + (folder.path() / "flight.lcm").string() + " 2>&1");
@@ -175,10 +217,83 @@ TEST(NetworkLiveFlight, ObeysACommandAndReplaysIt) {
   EXPECT_EQ(command("ping").exit_status >> 8, 3) << "nobody flies any more";
 }
 
-TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBit) {
+/// One NodeStatus, as the public Python package understood it.
+struct NodeStatus {
+  int node_id = 0;
+  int health = 0;
+  int mode = 0;
+  int uptime_s = 0;
+};
+
+/// Listens on vcan0 until the flight is over.
+class StatusListener {
+ public:
+  StatusListener()
+      : program_(popen(PLUMB_PYTHON " " PLUMB_SOURCE_DIR "/test/emulators/can_range/can_range_node.py hear vcan0 2>&1",
+                       "r")) {
+    if (program_ == nullptr || next_line() != "listening\n") throw std::runtime_error("nobody listens: " + text_);
+  }
+  std::vector<NodeStatus> end() {
+    std::vector<NodeStatus> heard;
+    for (std::string line = next_line(); !line.empty(); line = next_line()) {
+      NodeStatus status;
+      const int found = std::sscanf(line.c_str(), "status %d %d %d %d", &status.node_id, &status.health, &status.mode,
+                                    &status.uptime_s);
+      if (found == 4) heard.push_back(status);
+    }
+    pclose(program_);
+    return heard;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string next_line() {
+    char line[256];
+    if (std::fgets(line, sizeof line, program_) == nullptr) return {};
+    text_ += line;
+    return line;
+  }
+  std::FILE* program_;
+  std::string text_;
+};
+
+/// Health and mode heard are those of the modes of the flight, in their order; some are too short to be heard.
+void expect_statuses_of(const fs::path& log, const std::vector<NodeStatus>& heard) {
+  using Condition = std::pair<int, int>;  // health and mode of a node
+  const std::map<NavMode, Condition> conditions{{NavMode::kInitialising, {0, 1}},
+                                                {NavMode::kRangeVio, {0, 0}},
+                                                {NavMode::kVio, {1, 0}},
+                                                {NavMode::kInertial, {2, 0}},
+                                                {NavMode::kFailed, {3, 0}}};
+  std::vector<Condition> expected{conditions.at(NavMode::kInitialising)};
+  for (const event_t& event : events_of(log)) {
+    if (event.id != static_cast<int>(EventId::kModeChanged)) continue;
+    expected.push_back(conditions.at(static_cast<NavMode>(event.arguments[1])));
+  }
+  auto at = expected.begin();
+  for (const NodeStatus& status : heard) {
+    at = std::find(at, expected.end(), Condition{status.health, status.mode});
+    ASSERT_NE(at, expected.end()) << "health " << status.health << ", mode " << status.mode << " at " << status.uptime_s
+                                  << " s";
+  }
+  EXPECT_TRUE(std::any_of(heard.begin(), heard.end(), [](const NodeStatus& status) { return status.mode == 0; }))
+      << "it never came to a state";
+}
+
+TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBitAndIsANodeOnTheBus) {
   PLUMB_NEEDS_KERNEL("CAN");
   const TemporaryFolder folder;
-  const LiveFlight flight = fly(folder.path(), "vcan0", range_section("can: vcan0"));
+  StatusListener listener;
+  const LiveFlight flight =
+      fly(folder.path(), "vcan0", range_section("can: vcan0\n  own_node_id: 77\n  latency_ms: 2"));
+  const std::vector<NodeStatus> heard = listener.end();
+  ASSERT_GE(heard.size(), 3U) << listener.text();
+  EXPECT_LE(heard.size(), static_cast<std::size_t>(heard.back().uptime_s) + 1) << "once a second: " << listener.text();
+  expect_statuses_of(folder.path() / "flight.lcm", heard);
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    EXPECT_EQ(heard[i].node_id, 77);
+    EXPECT_GE(heard[i].uptime_s, i == 0 ? 0 : heard[i - 1].uptime_s);
+  }
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
   expect_equal_replays(folder.path());

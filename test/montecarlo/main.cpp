@@ -8,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "config/arguments.h"
 #include "fsw/app/parameters.h"
 #include "test/montecarlo/table.h"
 
@@ -36,24 +37,37 @@ void declare_flight(CLI::App& app, Arguments& arguments) {
   app.add_option("--tracks", flight.tracker.target_tracks, "features followed at once")
       ->check(CLI::Range(3, 200))
       ->capture_default_str();
-  app.add_option("--pixel-noise", flight.tracker.pixel_noise_px, "px, 1 sigma per axis")->capture_default_str();
+  app.add_option("--pixel-noise", flight.tracker.pixel_noise_px, "px, 1 sigma per axis")
+      ->check(number_from(0.0, 100.0))
+      ->capture_default_str();
   app.add_option("--outliers", flight.tracker.outlier, "probability that one observation is wrong")
+      ->check(number_from(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--mismatches", flight.tracker.mismatch, "probability per image that a track jumps for good")
+      ->check(number_from(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--dropouts", flight.tracker.dropout, "probability per image that a track ends")
+      ->check(number_from(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--range-noise", flight.range.noise_m, "m, 1 sigma")->capture_default_str();
-  app.add_option("--range-outliers", flight.range.outlier, "probability of a false echo")->capture_default_str();
-  app.add_option("--image-rate", flight.image_rate_hz, "Hz")->check(CLI::Range(1.0, 120.0))->capture_default_str();
+  app.add_option("--range-noise", flight.range.noise_m, "m, 1 sigma")
+      ->check(number_from(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--range-outliers", flight.range.outlier, "probability of a false echo")
+      ->check(number_from(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--image-rate", flight.image_rate_hz, "Hz")->check(number_from(1.0, 120.0))->capture_default_str();
   app.add_option("--sun-rate", flight.sun.rate_hz, "Hz, of a sun sensor; 0: there is none")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(number_from(0.0, 100.0))
       ->capture_default_str();
-  app.add_option("--sun-noise", flight.sun.noise_rad, "rad, 1 sigma per axis")->capture_default_str();
+  app.add_option("--sun-noise", flight.sun.noise_rad, "rad, 1 sigma per axis")
+      ->check(number_from(0.0, 3.0))
+      ->capture_default_str();
   app.add_option("--magnetometer-rate", flight.magnetometer.rate_hz, "Hz; 0: there is none")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(number_from(0.0, 100.0))
       ->capture_default_str();
-  app.add_option("--magnetometer-noise", flight.magnetometer.noise_rad, "rad, 1 sigma per axis")->capture_default_str();
+  app.add_option("--magnetometer-noise", flight.magnetometer.noise_rad, "rad, 1 sigma per axis")
+      ->check(number_from(0.0, 3.0))
+      ->capture_default_str();
   app.add_flag("--from-truth", flight.start_from_truth, "hand the true state over at the start");
 }
 
@@ -64,15 +78,15 @@ void declare_campaign(CLI::App& app, Arguments& arguments) {
   const std::map<std::string, Tuning> tunings = {{"matched", Tuning::kMatched}, {"shipped", Tuning::kShipped}};
   app.add_option("--scene", arguments.scenes, "scenes to fly, or 'all'");
   app.add_option("--seeds", campaign.runs, "flights per scene and filter")
-      ->check(CLI::PositiveNumber)
+      ->check(number_from(1, 1e6))
       ->capture_default_str();
   app.add_option("--first-seed", campaign.first_seed, "seed of the first flight")->capture_default_str();
   app.add_option("--jobs", campaign.jobs, "threads")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--config", campaign.mission, "compile-time configuration")
-      ->transform(CLI::CheckedTransformer(missions, CLI::ignore_case))
+      ->transform(one_of(missions))
       ->option_text("flight|paper|calibrating [flight]");
   app.add_option("--tuning", campaign.tuning, "matched: the filter is told the simulated noise; shipped: its defaults")
-      ->transform(CLI::CheckedTransformer(tunings, CLI::ignore_case))
+      ->transform(one_of(tunings))
       ->option_text("matched|shipped [matched]");
   app.add_flag("--uncalibrated", campaign.uncalibrated,
                "sensors off by a draw of what one gets without calibration; '--config calibrating' estimates it");

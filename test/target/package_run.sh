@@ -17,7 +17,7 @@ $plumb/bin/plumb-replay --log small.lcm --out again >again.txt 2>&1
 echo "replay: $?" >>status.txt
 
 /programs/target_tests --gtest_filter='LiveTarget*'
-echo "live flight: $?" >>status.txt
+echo "live flights: $?" >>status.txt
 
 # The flight computer is up before the first byte comes, so that none is lost.
 $plumb/bin/plumb-hil played.lcm --pty /tmp/imu --can vcan0 --video /dev/video9 --delay 4 >hil.txt 2>&1 &
@@ -31,4 +31,4 @@ sleep 1
 kill $flight
 wait $flight
 echo "flight by what is played: $?" >>status.txt
-cp -r status.txt dry-run.txt again again.txt flight.lcm flight.txt hil.txt hil-flight.txt hil.lcm /host/
+cp -r status.txt dry-run.txt again again.txt flight.lcm flight.txt can.lcm can.txt hil.txt hil-flight.txt hil.lcm /host/

@@ -2,14 +2,9 @@
 // drivers as they fly at the other, and each device pulled for three seconds and put back.
 
 #include <gtest/gtest.h>
-#include <linux/can.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,9 +12,8 @@
 #include <functional>
 #include <memory>
 #include <numbers>
-#include <set>
+#include <optional>
 #include <string>
-#include <thread>
 
 #include "drivers/can_range/receiver.h"
 #include "drivers/lidar_lite/device.h"
@@ -30,7 +24,7 @@
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
 #include "hal/linux/v4l2_camera.h"
-#include "test/emulators/can_range/can_range_encoder.h"
+#include "test/emulators/can_range/can_range_on_bus.h"
 #include "test/emulators/lidar_lite/lidar_lite_served.h"
 #include "test/emulators/ov7251/loopback_camera.h"
 #include "test/emulators/stim300/stim300_on_pty.h"
@@ -42,46 +36,30 @@ namespace {
 using emulator::LoopbackCamera;
 using emulator::Stim300Emulator;
 using emulator::Stim300OnPty;
+using test::CanRangeEmulator;
+using test::CanRangeOnBus;
 using test::LidarLiteServed;
 
-// What the emulators are told. Steady, so that a measurement is right or wrong whenever it was made.
+// What the emulators are told, in seconds since they were switched on. All of it changes from one sample
+// to the next, so that a sample that is not the next one, or not of its device, is seen.
 constexpr std::array kRate_rad_s = {0.1, -0.2, 0.3};
+constexpr std::array kRateChange_rad_s2 = {0.01, -0.006, 0.004};
 constexpr std::array kForce_m_s2 = {0.5, -0.25, 9.75};
-constexpr double kLidarRange_m = 7.65;
-constexpr double kCanRange_m = 12.5;
+constexpr std::array kForceChange_m_s3 = {0.03, 0.02, -0.01};
+// From 8 to 16 m, which takes longer than the flight, DroneCAN has steps of 7.8 mm, and a range comes every 40 ms.
+constexpr double kCanRange_m = 8.1;
+constexpr double kCanSpeed_m_s = 0.2;
+constexpr double kCanStep_m = 1.0 / 128.0;
+// The LIDAR-Lite has steps of a centimetre.
+constexpr double kLidarRange_m = 2.0;
+constexpr double kLidarSpeed_m_s = 0.5;
+constexpr double kLidarStep_m = 0.01;
 
-/// A DroneCAN range finder on vcan0, by plain system calls, 25 times a second.
-class CanRangeFinder {
- public:
-  CanRangeFinder() : socket_(socket(PF_CAN, SOCK_RAW, CAN_RAW)) {
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(if_nametoindex("vcan0"));
-    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
-  }
-  ~CanRangeFinder() {
-    thread_ = {};
-    close(socket_);
-  }
-
- private:
-  void run(const std::stop_token& stop) const {
-    for (unsigned transfer = 0; !stop.stop_requested(); ++transfer) {
-      for (const CanFrame& frame : test::measurement_frames({}, kCanRange_m, 1, transfer % 32)) {
-        can_frame out{};
-        out.can_id = frame.id | CAN_EFF_FLAG;
-        out.can_dlc = frame.size;
-        std::copy(frame.bytes.begin(), frame.bytes.end(), out.data);
-        (void)!write(socket_, &out, sizeof out);  // fails while the interface is down
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(40));
-    }
-  }
-
-  int socket_;
-  std::jthread thread_;
-};
+std::array<double, 3> line_at(const std::array<double, 3>& start, const std::array<double, 3>& change, double t_s) {
+  return {start[0] + change[0] * t_s, start[1] + change[1] * t_s, start[2] + change[2] * t_s};
+}
+double can_range_m(double t_s) { return kCanRange_m + kCanSpeed_m_s * t_s; }
+double lidar_range_m(double t_s) { return kLidarRange_m + kLidarSpeed_m_s * t_s; }
 
 struct Tally {
   explicit Tally(const char* device) : name(device) {}
@@ -89,6 +67,7 @@ struct Tally {
   int right = 0;
   int wrong = 0;
   Time last = Time::never();  ///< when it was taken
+  double last_value = -1.0;   ///< of what rises from sample to sample
   double longest_silence_s = 0.0;
 };
 
@@ -96,11 +75,15 @@ struct Tally {
 class Flight {
  public:
   Flight() : unit_({}, 11), log_("flight.csv") {
-    unit_.with_unit([](Stim300Emulator& unit) {
-      unit.set_rate([](double) { return kRate_rad_s; });
-      unit.set_specific_force([](double) { return kForce_m_s2; });
+    unit_.with_unit([this](Stim300Emulator& unit) {
+      unit.set_rate([this](double t_s) { return line_at(kRate_rad_s, kRateChange_rad_s2, t_s - t_on_.seconds()); });
+      unit.set_specific_force(
+          [this](double t_s) { return line_at(kForce_m_s2, kForceChange_m_s3, t_s - t_on_.seconds()); });
     });
-    lidar_.set("range_m " + std::to_string(kLidarRange_m));
+    range_finder_.with_unit([this](CanRangeEmulator& unit) {
+      unit.set_motion(
+          [this](std::int64_t t_ns) { return std::optional(can_range_m(since_on_s(Time::from_ns(t_ns)))); });
+    });
     std::string error;
     serial_ = LinuxSerialPort::open(unit_.device(), {}, error);
     bus_ = LinuxI2cBus::open(LidarLiteServed::kDevice, error);
@@ -113,23 +96,26 @@ class Flight {
   void run() {
     stim300::Device imu(*serial_, {});
     lidar_lite::Device lidar(*bus_, {});
-    can_range::Receiver range_finder(*can_, {});
+    can_range::Receiver range_finder(*can_, {.latency = Duration::from_ns(CanRangeEmulator::kLatency_ns)});
     ov7251::Device camera(*camera_, {.auto_exposure = false});
     ASSERT_EQ(range_finder.start(), Status::kOk);
     ASSERT_EQ(camera.start(), Status::kOk);
-    const Time begin = clock_now();
     std::size_t step = 0;
-    for (Time now = begin; now - begin < kLength; now = clock_now()) {
-      while (step < steps_.size() && now - begin >= steps_[step].at) steps_[step++].act();
-      poll_imu(imu, now);
-      if (const Result<RangeSample> sample = lidar.poll(now)) on_range(lidar_tally_, *sample, kLidarRange_m);
-      while (const Result<can_range::Reading> reading = range_finder.poll(Duration())) {
-        on_range(can_tally_, reading->sample, kCanRange_m);
+    const Time start = clock_now();
+    Time t_tell = start;
+    for (Time now = start; now - start < kLength; now = clock_now()) {
+      while (step < steps_.size() && now - start >= steps_[step].at) steps_[step++].act();
+      if (now >= t_tell) {
+        lidar_.set("range_m " + std::to_string(lidar_range_m(since_on_s(now))));
+        t_tell = now + Duration::from_ms(20);
       }
+      poll_imu(imu, now);
+      if (const Result<RangeSample> sample = lidar.poll(now)) on_lidar(*sample);
+      while (const Result<can_range::Reading> reading = range_finder.poll(Duration())) on_can(reading->sample);
       if (const Result<CameraFrame> frame = camera.poll(now, Duration())) on_image(*frame);
       usleep(1000);
     }
-    std::printf("flight of %.1f s:", kLength.seconds());
+    std::printf("flight of %.1f s, %.1f s with its beginning and end:", kLength.seconds(), since_on_s(clock_now()));
     for (const Tally* tally : {&imu_tally_, &lidar_tally_, &can_tally_, &camera_tally_}) {
       std::printf(" %s %d right %d wrong;", tally->name, tally->right, tally->wrong);
     }
@@ -151,6 +137,8 @@ class Flight {
 
  private:
   static constexpr Duration kLength = Duration::from_ms(30'000);
+  /// An emulated processor may be late by so much with what was measured.
+  static constexpr double kStampError_s = 0.2;
   struct Step {
     Duration at;
     std::function<void()> act;
@@ -171,28 +159,46 @@ class Flight {
     tally.last = now;
     log_ << t.seconds() << ',' << tally.name;
   }
+  double since_on_s(Time t) const { return (t - t_on_).seconds(); }
   void on_imu(const ImuSample& sample) {
     // The least step of an increment in one of 250 datagrams a second, and half of it for the emulator's rounding.
     constexpr double kRateStep_rad_s = 250.0 / (1 << 21) * std::numbers::pi / 180.0;
     constexpr double kForceStep_m_s2 = 250.0 / (1 << 22);
-    bool right = true;
+    const double t_s = since_on_s(sample.t);
+    const std::array<double, 3> rate_rad_s = line_at(kRate_rad_s, kRateChange_rad_s2, t_s);
+    const std::array<double, 3> force_m_s2 = line_at(kForce_m_s2, kForceChange_m_s3, t_s);
+    bool right = sample.gyro_rad_s[0] > imu_tally_.last_value;
+    imu_tally_.last_value = sample.gyro_rad_s[0];
     for (std::size_t i = 0; i < 3; ++i) {
-      right = right && std::abs(sample.gyro_rad_s[i] - kRate_rad_s[i]) < 1.5 * kRateStep_rad_s &&
-              std::abs(sample.accel_m_s2[i] - kForce_m_s2[i]) < 1.5 * kForceStep_m_s2;
+      const double rate_error = kStampError_s * std::abs(kRateChange_rad_s2[i]) + 1.5 * kRateStep_rad_s;
+      const double force_error = kStampError_s * std::abs(kForceChange_m_s3[i]) + 1.5 * kForceStep_m_s2;
+      right = right && std::abs(sample.gyro_rad_s[i] - rate_rad_s[i]) < rate_error &&
+              std::abs(sample.accel_m_s2[i] - force_m_s2[i]) < force_error;
     }
     note(imu_tally_, sample.t, right);
     for (const double value : sample.gyro_rad_s) log_ << ',' << value;
     for (const double value : sample.accel_m_s2) log_ << ',' << value;
     log_ << '\n';
   }
-  void on_range(Tally& tally, const RangeSample& sample, double told_m) {
-    const bool right = sample.quality == RangeQuality::kValid && std::abs(sample.range_m - told_m) < 1e-6;
-    note(tally, sample.t, right);
+  void on_lidar(const RangeSample& sample) {
+    const double error_m = std::abs(sample.range_m - lidar_range_m(since_on_s(sample.t)));
+    on_range(lidar_tally_, sample,
+             error_m < kLidarStep_m + kLidarSpeed_m_s * kStampError_s && sample.range_m >= lidar_tally_.last_value);
+  }
+  void on_can(const RangeSample& sample) {
+    const double error_m = std::abs(sample.range_m - can_range_m(since_on_s(sample.t)));
+    on_range(can_tally_, sample,
+             error_m < kCanStep_m + kCanSpeed_m_s * kStampError_s && sample.range_m > can_tally_.last_value);
+  }
+  void on_range(Tally& tally, const RangeSample& sample, bool right) {
+    tally.last_value = sample.range_m;
+    note(tally, sample.t, sample.quality == RangeQuality::kValid && right);
     log_ << ',' << sample.range_m << '\n';
   }
   void on_image(const CameraFrame& frame) {
     const std::int64_t index = source_.index_of(frame.image);
-    note(camera_tally_, frame.t_exposure_mid, index >= 0 && images_.insert(index).second);
+    note(camera_tally_, frame.t_exposure_mid, static_cast<double>(index) > camera_tally_.last_value);
+    camera_tally_.last_value = static_cast<double>(index);
     log_ << ',' << frame.sequence << ',' << index << '\n';
   }
   static void shell(const char* command) { EXPECT_EQ(std::system(command), 0) << command; }
@@ -200,16 +206,16 @@ class Flight {
     unit_.with_unit([in](Stim300Emulator& unit) { unit.faults().unplugged = !in; });
   }
 
+  const Time t_on_ = clock_now();
   Stim300OnPty unit_;
   LidarLiteServed lidar_{PLUMB_LIDAR_LITE_CUSE, "v3"};
-  CanRangeFinder range_finder_;
+  CanRangeOnBus range_finder_{"vcan0", CanRangeEmulator::Kind::kDronecan, 12};
   LoopbackCamera source_;
   std::unique_ptr<LinuxSerialPort> serial_;
   std::unique_ptr<LinuxI2cBus> bus_;
   std::unique_ptr<LinuxCanSocket> can_;
   std::unique_ptr<V4l2Camera> camera_;
   stim300::Samples samples_;
-  std::set<std::int64_t> images_;  ///< seen already
   Tally imu_tally_{"imu"};
   Tally lidar_tally_{"lidar"};
   Tally can_tally_{"can"};

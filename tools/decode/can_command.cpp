@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "config/input_error.h"
+#include "config/arguments.h"
 #include "drivers/can_range/candump.h"
 #include "drivers/can_range/decoder.h"
 #include "tools/decode/bytes.h"
@@ -33,7 +33,7 @@ class CanCommand final : public Command {
     return "frames of a CAN bus with a range finder, as candump -L writes them";
   }
   void declare(CLI::App& app) override;
-  void run() override;
+  bool run() override;
 
  private:
   std::string file_;
@@ -45,7 +45,7 @@ void CanCommand::declare(CLI::App& app) {
                                                      {"benewake", Protocol::kBenewake}};
   app.add_option("FILE", file_, "output of candump -L; - for standard input")->required();
   app.add_option("--protocol", options_.protocol, "dronecan (default) or benewake")
-      ->transform(CLI::CheckedTransformer(protocols).description(""))
+      ->transform(one_of(protocols))
       ->type_name("TEXT");
   app.add_option("--node", options_.node_id, "DroneCAN: the node to listen to (default: any)")
       ->check(CLI::Range(1, 127));
@@ -61,7 +61,7 @@ void CanCommand::declare(CLI::App& app) {
       "A row is a measurement; t_s is its time by the stamps of candump, less the frame's time on the bus.");
 }
 
-void CanCommand::run() {
+bool CanCommand::run() {
   std::istringstream lines = read_text(file_);
   can_range::Decoder decoder(options_);
   std::uint64_t frames = 0;
@@ -80,10 +80,7 @@ void CanCommand::run() {
     std::printf("%.6f,%d,%d,%.9g,%s\n", reading->sample.t.seconds(), reading->node_id, reading->sensor_id,
                 reading->sample.range_m, name_of(reading->sample.quality));
   }
-  if (readings == 0) {
-    throw InputError(file_ + ": no measurement in " + std::to_string(frames) + " frames and " +
-                     std::to_string(other_lines) + " other lines; do protocol, node and identifier fit?");
-  }
+  if (readings == 0) tell_of_none(file_, "do protocol, node and identifier fit?");
   std::fflush(stdout);  // the counts come last
   const can_range::Counters& counters = decoder.counters();
   const can_range::TransferCounters& transfers = decoder.transfer_counters();
@@ -93,6 +90,7 @@ void CanCommand::run() {
                " transfers broken off, %" PRIu64 " other lines\n",
                counters.ranges, counters.no_returns, counters.weak, frames, counters.malformed, counters.other_sensors,
                transfers.crc_errors, transfers.wrong_toggle + transfers.orphans + transfers.abandoned, other_lines);
+  return readings > 0;
 }
 
 }  // namespace

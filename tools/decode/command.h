@@ -1,7 +1,9 @@
 #pragma once
 // A subcommand of plumb-decode: one kind of device.
 
+#include <cstdio>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace CLI {
@@ -17,9 +19,15 @@ class Command {
   virtual const char* description() const = 0;
   /// Declares its options, which run() finds parsed.
   virtual void declare(CLI::App& app) = 0;
-  /// Measurements to standard output as CSV, then one line of counts to standard error. Throws InputError for
-  /// what is wrong with the input.
-  virtual void run() = 0;
+  /// Measurements to standard output as CSV, then one line of counts to standard error. False: there was no
+  /// measurement, as the line before the counts says. Throws InputError for what else is wrong with the input.
+  virtual bool run() = 0;
+
+ protected:
+  /// The line before the counts.
+  static void tell_of_none(const std::string& file, const char* question) {
+    std::fprintf(stderr, "plumb-decode: %s: no measurement; %s\n", file.c_str(), question);
+  }
 };
 
 /// Every device that plumb-decode knows; a new one is a line there.

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "config/input_error.h"
+#include "config/arguments.h"
 #include "drivers/lidar_lite/capture.h"
 #include "tools/decode/bytes.h"
 #include "tools/decode/i2c_trace.h"
@@ -33,7 +33,7 @@ class LidarLiteCommand final : public Command {
   const char* name() const override { return "lidar-lite"; }
   const char* description() const override { return "transfers of a LIDAR-Lite's I2C bus, as the kernel traces them"; }
   void declare(CLI::App& app) override;
-  void run() override;
+  bool run() override;
 
  private:
   std::string file_;
@@ -44,9 +44,7 @@ class LidarLiteCommand final : public Command {
 void LidarLiteCommand::declare(CLI::App& app) {
   const std::map<std::string, Model> models = {{"v3", Model::kV3}, {"v3hp", Model::kV3Hp}, {"v4led", Model::kV4Led}};
   app.add_option("FILE", file_, "trace of the bus; - for standard input")->required();
-  app.add_option("--model", model_, "v3 (default), v3hp or v4led")
-      ->transform(CLI::CheckedTransformer(models).description(""))
-      ->type_name("TEXT");
+  app.add_option("--model", model_, "v3 (default), v3hp or v4led")->transform(one_of(models))->type_name("TEXT");
   app.add_option("--address", address_, "of the device, 7 bits (default 0x62)")->check(CLI::Range(0, 127));
   app.footer(
       "To record the bus while a program measures:\n"
@@ -55,7 +53,7 @@ void LidarLiteCommand::declare(CLI::App& app) {
       "A row is a measurement; t_s is the middle of its acquisition by the clock of the trace.");
 }
 
-void LidarLiteCommand::run() {
+bool LidarLiteCommand::run() {
   std::istringstream lines = read_text(file_);
   I2cTrace trace(address_);
   lidar_lite::Capture capture(model_);
@@ -76,11 +74,8 @@ void LidarLiteCommand::run() {
                 name_of(measurement->interpreted.verdict), measurement->strength, measurement->status);
   }
   const I2cTraceCounters& counters = trace.counters();
-  if (measured.empty()) {
-    throw InputError(file_ + ": no measurement in " + std::to_string(counters.transfers) +
-                     " transfers with the device, " + std::to_string(counters.others) +
-                     " other transfers; does the model fit, and did a program measure meanwhile?");
-  }
+  const bool has_measured = !measured.empty();
+  if (!has_measured) tell_of_none(file_, "does the model fit, and did a program measure meanwhile?");
   std::fflush(stdout);  // the counts come last
   std::fprintf(stderr,
                "plumb-decode: %" PRIu64 " ranges, %" PRIu64 " without return, %" PRIu64 " weak, %" PRIu64
@@ -88,6 +83,7 @@ void LidarLiteCommand::run() {
                " lines that could not be read\n",
                measured[Verdict::kRange], measured[Verdict::kNoReturn], measured[Verdict::kWeak],
                measured[Verdict::kNoReading], counters.transfers, refused, counters.others, counters.malformed_lines);
+  return has_measured;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "config/input_error.h"
@@ -21,6 +22,13 @@ void print_assertion(const AssertSite& site) {
   std::fprintf(stderr, "plumb-decode: bug: %s line %d: %s does not hold\n", site.file, site.line, site.condition);
 }
 
+std::string kinds(const std::vector<std::unique_ptr<Command>>& all, int argc, char** argv) {
+  std::string names;
+  for (const std::unique_ptr<Command>& command : all) names += std::string(names.empty() ? "" : ", ") + command->name();
+  return std::string(argc > 1 ? "'" + std::string(argv[1]) + "' is no kind of device" : "no kind of device is given") +
+         "; expected one of " + names;
+}
+
 int run(int argc, char** argv) {
   set_assert_handler(print_assertion);
   CLI::App app(
@@ -32,15 +40,17 @@ int run(int argc, char** argv) {
     CLI::App* const subcommand = app.add_subcommand(command->name(), command->description());
     command->declare(*subcommand);
   }
+  bool measured = true;
   try {
     app.parse(argc, argv);
     for (const std::unique_ptr<Command>& command : all) {
-      if (app.got_subcommand(command->name())) command->run();
+      if (app.got_subcommand(command->name())) measured = command->run();
     }
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "plumb-decode: %s\n", error.what());
+    const bool knows_kind = !app.get_subcommands().empty();
+    std::fprintf(stderr, "plumb-decode: %s\n", knows_kind ? error.what() : kinds(all, argc, argv).c_str());
     return kExitBadInput;
   } catch (const InputError& error) {
     std::fprintf(stderr, "plumb-decode: %s\n", error.what());
@@ -53,7 +63,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "plumb-decode: standard output: writing failed; is the disk full?\n");
     return kExitFailed;
   }
-  return 0;
+  return measured ? 0 : kExitBadInput;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "config/arguments.h"
 #include "config/input_error.h"
 #include "drivers/stim300/configuration.h"
 #include "drivers/stim300/datagram.h"
@@ -44,9 +45,10 @@ struct Overview {
   std::optional<Settings> told;        ///< by the last configuration datagram
   std::string serial_number;           ///< empty: not told
   std::optional<Layout> first;         ///< of the normal datagrams
-  std::map<int, std::uint64_t> steps;  ///< of the counter, and how often
+  std::map<int, std::uint64_t> steps;  ///< of the counter, where it moved, and how often
   std::uint64_t normal = 0;
   std::uint64_t starting = 0;
+  FramerCounters line;
 };
 
 class Stim300Command final : public Command {
@@ -54,13 +56,13 @@ class Stim300Command final : public Command {
   const char* name() const override { return "stim300"; }
   const char* description() const override { return "bytes of a STIM300's serial line"; }
   void declare(CLI::App& app) override;
-  void run() override;
+  bool run() override;
 
  private:
   template <typename Sink>
   FramerCounters for_each_frame(Sink sink) const;
   Overview look_through() const;
-  Settings settle(const Overview& overview, int step) const;
+  Settings settle(const Overview& overview) const;
   void print_row(const Datagram& datagram, const Layout& columns, std::int64_t ticks, const Settings& settings) const;
 
   std::string file_;
@@ -68,6 +70,7 @@ class Stim300Command final : public Command {
   std::optional<int> accel_range_g_;
   std::optional<Unit> gyro_unit_;
   std::optional<Unit> accel_unit_;
+  std::optional<int> rate_hz_;
 };
 
 void Stim300Command::declare(CLI::App& app) {
@@ -79,14 +82,16 @@ void Stim300Command::declare(CLI::App& app) {
   app.add_option("--accel-range", accel_range_g_, "range of the accelerometers in g, printed on the unit")
       ->check(CLI::IsMember({5, 10, 30, 80}));
   app.add_option("--gyro-unit", gyro_unit_, "what the gyros tell: rate, increment or average")
-      ->transform(CLI::CheckedTransformer(gyro_units).description(""))
+      ->transform(one_of(gyro_units))
       ->type_name("TEXT");
   app.add_option("--accel-unit", accel_unit_, "what the accelerometers tell: acceleration, increment or average")
-      ->transform(CLI::CheckedTransformer(accel_units).description(""))
+      ->transform(one_of(accel_units))
       ->type_name("TEXT");
+  app.add_option("--rate", rate_hz_, "datagrams a second that the unit is set to")
+      ->check(CLI::IsMember({125, 250, 500, 1000, 2000}));
   app.footer(
-      "The three options stand for the configuration that a unit tells at power-on or when asked, if the capture has "
-      "none.\n"
+      "The four options stand for the configuration that a unit tells at power-on or when asked, if the capture has "
+      "none. Without --rate the rate is then that of most steps of the unit's counter.\n"
       "A row is a datagram; t_s counts from the first one by the unit's own counter, filter delays not taken off. "
       "Status\n"
       "bits: 128 integrity error, 64 starting, 32 outside conditions, 16 overload, 8 channel error, 4 Z, 2 Y, 1 X.");
@@ -108,7 +113,7 @@ FramerCounters Stim300Command::for_each_frame(Sink sink) const {
 Overview Stim300Command::look_through() const {
   Overview overview;
   std::optional<std::uint8_t> last;
-  const FramerCounters counters = for_each_frame([&](std::span<const std::uint8_t> bytes) {
+  overview.line = for_each_frame([&](std::span<const std::uint8_t> bytes) {
     if (const Result<Settings> told = decode_configuration(bytes)) overview.told = *told;
     if (const Result<SerialNumber> number = decode_serial_number(bytes)) {
       overview.serial_number.assign(number->begin(), number->end());
@@ -118,20 +123,22 @@ Overview Stim300Command::look_through() const {
     ++overview.normal;
     if (((*datagram)[ClusterId::kGyro].status & kStatusStarting) != 0) ++overview.starting;
     if (!overview.first) overview.first = datagram->layout;
-    if (last) ++overview.steps[static_cast<std::uint8_t>(datagram->counter - *last)];
+    if (last && datagram->counter != *last) ++overview.steps[static_cast<std::uint8_t>(datagram->counter - *last)];
     last = datagram->counter;
   });
-  if (overview.normal == 0) {
-    throw InputError(file_ + ": no measurement in " + std::to_string(counters.bytes) + " bytes, " +
-                     std::to_string(counters.datagrams) +
-                     " other datagrams; was the line captured at the speed that the unit is set to?");
-  }
   return overview;
 }
 
+// Of most steps of the counter; 0: it made none.
+int usual_rate_hz(const Overview& overview) {
+  const auto most = std::max_element(overview.steps.begin(), overview.steps.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == overview.steps.end() ? 0 : std::max(kInternalRate_hz / most->first, 1);
+}
+
 // What the capture tells wins; an option that says otherwise is a mistake of one of the two.
-Settings Stim300Command::settle(const Overview& overview, int step) const {
-  Settings settings = overview.told.value_or(Settings{.accel_range_g = 0});
+Settings Stim300Command::settle(const Overview& overview) const {
+  Settings settings = overview.told.value_or(Settings{.rate_hz = 0, .accel_range_g = 0});
   const auto choose = [&](const char* option, auto& told, bool is_told, const auto& given) {
     if (!is_told && !given) {
       throw InputError(file_ + ": the capture does not tell how the unit is set up; give " + option +
@@ -148,7 +155,15 @@ Settings Stim300Command::settle(const Overview& overview, int step) const {
   if (settings.gyro_unit == Unit::kIntegral || settings.accel_unit == Unit::kIntegral) {
     throw InputError(file_ + ": the unit is set to integrated angle or velocity, which is not supported");
   }
-  if (!overview.told || settings.rate_hz == 0) settings.rate_hz = std::max(kInternalRate_hz / step, 1);
+  if (rate_hz_ && settings.rate_hz != 0 && *rate_hz_ != settings.rate_hz) {
+    throw InputError(file_ + ": --rate is not what the unit told of itself");
+  }
+  if (settings.rate_hz == 0) settings.rate_hz = rate_hz_.value_or(usual_rate_hz(overview));
+  const bool increments = settings.gyro_unit == Unit::kIncrement || settings.accel_unit == Unit::kIncrement;
+  if (settings.rate_hz == 0 && increments) {
+    throw InputError(file_ +
+                     ": a single measurement does not tell the rate, which increments are divided by; give --rate");
+  }
   return settings;
 }
 
@@ -187,23 +202,31 @@ void Stim300Command::print_row(const Datagram& datagram, const Layout& columns, 
   std::printf("\n");
 }
 
-void Stim300Command::run() {
+void print_counts(const Overview& overview, const std::string& rate, std::uint64_t gaps, std::uint64_t missing) {
+  std::fflush(stdout);  // the counts come last
+  std::fprintf(stderr,
+               "plumb-decode: %" PRIu64 " measurements%s (%" PRIu64 " starting), %" PRIu64 " other datagrams, %" PRIu64
+               " checksum errors, %" PRIu64 " bytes skipped, %" PRIu64 " gaps (%" PRIu64 " datagrams missing)\n",
+               overview.normal, rate.c_str(), overview.starting, overview.line.datagrams - overview.normal,
+               overview.line.checksum_errors, overview.line.skipped_bytes, gaps, missing);
+}
+
+bool Stim300Command::run() {
   bytes_ = read_bytes(file_);
   const Overview overview = look_through();
-  int step = 1;
-  std::uint64_t most = 0;
-  for (const auto& [candidate, count] : overview.steps) {
-    if (candidate == 0 || count <= most) continue;
-    step = candidate;
-    most = count;
+  if (overview.normal == 0) {
+    tell_of_none(file_, "was the line captured at the speed that the unit is set to?");
+    print_counts(overview, "", 0, 0);
+    return false;
   }
-  const Settings settings = settle(overview, step);
+  const Settings settings = settle(overview);
+  const int step = settings.rate_hz == 0 ? 1 : std::max(kInternalRate_hz / settings.rate_hz, 1);
   print_header(*overview.first);
   std::int64_t ticks = 0;
   std::uint64_t gaps = 0;
   std::uint64_t missing = 0;
   std::optional<std::uint8_t> last;
-  const FramerCounters counters = for_each_frame([&](std::span<const std::uint8_t> bytes) {
+  for_each_frame([&](std::span<const std::uint8_t> bytes) {
     const Result<Datagram> datagram = stim300::decode(bytes);
     if (!datagram) return;
     if (last) {
@@ -218,13 +241,10 @@ void Stim300Command::run() {
   if (!overview.serial_number.empty()) {
     std::fprintf(stderr, "plumb-decode: serial number %s\n", overview.serial_number.c_str());
   }
-  std::fflush(stdout);  // the counts come last
-  std::fprintf(stderr,
-               "plumb-decode: %" PRIu64 " measurements at %d Hz (%" PRIu64 " starting), %" PRIu64
-               " other datagrams, %" PRIu64 " checksum errors, %" PRIu64 " bytes skipped, %" PRIu64 " gaps (%" PRIu64
-               " datagrams missing)\n",
-               overview.normal, kInternalRate_hz / step, overview.starting, counters.datagrams - overview.normal,
-               counters.checksum_errors, counters.skipped_bytes, gaps, missing);
+  const std::string rate =
+      settings.rate_hz == 0 ? " at a rate that is not known" : " at " + std::to_string(settings.rate_hz) + " Hz";
+  print_counts(overview, rate, gaps, missing);
+  return true;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "config/arguments.h"
 #include "config/input_error.h"
 #include "hal/linux/linux_clock.h"
 #include "tools/hil/player.h"
@@ -40,6 +41,8 @@ struct Arguments {
   double delay_s = 0.0;
 };
 
+constexpr double kLongestDelay_s = 1e6;
+
 void declare(CLI::App& app, Arguments& arguments) {
   app.add_option("LOG", arguments.log, "log with what devices said, of plumb-fsw or tools/simulate")->required();
   CLI::Option* serial =
@@ -52,9 +55,9 @@ void declare(CLI::App& app, Arguments& arguments) {
                  "memory of an I2C device that this host is, as /sys/bus/i2c/devices/1-1062/slave-eeprom");
   app.add_option("--video", arguments.video, "v4l2loopback device that images are written to, as /dev/video9");
   app.add_option("--rate", arguments.rate, "seconds of the log in one second (default 1)")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(number_from(0.01, 100.0));
   app.add_option("--delay", arguments.delay_s, "seconds between opening the interfaces and playing (default 0)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from(0.0, kLongestDelay_s));
   app.footer(
       "What has no interface given is not played. Every message goes out when the recording's host had it; what an\n"
       "interface does not take at once is dropped and counted. At another --rate than 1 the devices seem slower or\n"

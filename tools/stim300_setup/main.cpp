@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "config/arguments.h"
 #include "drivers/stim300/device.h"
 #include "drivers/stim300/service_setup.h"
 #include "hal/linux/monotonic_clock.h"
@@ -33,7 +34,7 @@ struct Arguments {
 };
 
 template <std::size_t N>
-CLI::IsMember one_of(const std::array<int, N>& values) {
+CLI::IsMember used_of(const std::array<int, N>& values) {
   std::vector<int> usable;
   for (const int value : values) {
     if (value > 0) usable.push_back(value);
@@ -47,21 +48,21 @@ void declare(CLI::App& app, Arguments& arguments) {
       {"instant", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
   stim300::Settings& settings = arguments.settings;
   const auto units_option = [&](const char* name, Unit& unit, const char* text) {
-    app.add_option(name, unit, text)->transform(CLI::CheckedTransformer(units).description(""))->type_name("TEXT");
+    app.add_option(name, unit, text)->transform(one_of(units))->type_name("TEXT");
   };
   app.add_option("DEVICE", arguments.device, "serial line, for example /dev/ttyUSB0")->required();
   app.add_flag("--check", arguments.check, "only ask the unit what it is set up to, and compare");
   app.add_flag("--save", arguments.save, "also into the unit's flash memory, which takes 10 000 times");
   app.add_option("--baud", settings.baud, "speed of the line in bit/s, which stays (default 921600)")
       ->check(CLI::Range(1'500U, 5'184'000U));
-  app.add_option("--rate", settings.rate_hz, "datagrams a second (default 250)")->check(one_of(stim300::kRates_hz));
+  app.add_option("--rate", settings.rate_hz, "datagrams a second (default 250)")->check(used_of(stim300::kRates_hz));
   units_option("--gyro-unit", settings.gyro_unit, "instant, increment (default) or average");
   units_option("--accel-unit", settings.accel_unit, "instant, increment (default) or average");
   app.add_option("--gyro-delayed", settings.gyro_delayed, "gyros as late as the accelerometers (default true)");
   app.add_option("--gyro-filter", settings.gyro_filter_hz, "low-pass in Hz (default 262)")
-      ->check(one_of(stim300::kFilters_hz));
+      ->check(used_of(stim300::kFilters_hz));
   app.add_option("--accel-filter", settings.accel_filter_hz, "low-pass in Hz (default 262)")
-      ->check(one_of(stim300::kFilters_hz));
+      ->check(used_of(stim300::kFilters_hz));
   app.add_option("--accel-range", settings.accel_range_g, "in g, printed on the unit; cannot be set (default 10)")
       ->check(CLI::IsMember({5, 10, 30, 80}));
   app.add_flag("--temperatures", settings.temperatures, "datagrams also have temperatures");

@@ -106,7 +106,7 @@ def test_registers_hold_what_was_read_of_them_last(tmp_path: Path) -> None:
         (["--i2c", "none"], "--i2c none: No such file"),
         (["--serial", "/dev/null"], "--serial /dev/null: "),
         (["--pty", "/proc/imu"], "--pty /proc/imu: the link cannot be made"),
-        (["--pty", "imu", "--rate", "0"], "--rate: Value 0 not in range"),
+        (["--pty", "imu", "--rate", "0"], "--rate: '0' refused; expected a number from 0.01 to 100"),
         (["--baud", "9600"], "--baud requires --serial"),
     ],
 )

@@ -132,11 +132,12 @@ def _silences(log: Log) -> dict[str, tuple[int, int]]:
 
 def test_each_device_that_is_pulled_is_missed_and_heard_again(flown: Flown) -> None:
     assert _silences(Log(flown.out / "flight.lcm")).keys() == set(SENSORS)
+    assert _silences(Log(flown.out / "can.lcm")).keys() == {"range"}
 
 
-@pytest.mark.parametrize("sensor", ["camera", "range"])
-def test_the_state_goes_on_without_camera_or_range(flown: Flown, sensor: str) -> None:
-    log = Log(flown.out / "flight.lcm")
+@pytest.mark.parametrize("name, sensor", [("flight.lcm", "camera"), ("flight.lcm", "range"), ("can.lcm", "range")])
+def test_the_state_goes_on_without_camera_or_range(flown: Flown, name: str, sensor: str) -> None:
+    log = Log(flown.out / name)
     begin, end = _silences(log)[sensor]
     states = [state for state in log.messages("NAV_OUTPUT", "nav_output_t") if begin <= state.time_ns < end]
     frames = [frame for frame in log.messages("INPUT_FRAME", "input_frame_t") if begin <= frame.time_ns < end]

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "config/arguments.h"
 #include "config/input_error.h"
 #include "fsw/app/nav_system.h"
 #include "fsw/vision/flight_tracker.h"
@@ -156,7 +157,7 @@ int main(int argc, char** argv) {
   CLI::App app{plumb::budget::kAbout, "plumb-filter-forms"};
   app.add_option("recordings", options.recordings, "folders in the ASL layout")->required();
   app.add_option("--images", options.images, "stop after so many of each recording");
-  app.add_option("--rounds", options.rounds, "of each image, for the time")->check(CLI::PositiveNumber);
+  app.add_option("--rounds", options.rounds, "of each image, for the time")->check(number_from(1, 1e6));
   app.add_flag("--count", options.count, "only mark what each form does, for instructions to be counted");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -3,6 +3,8 @@
 
     can_range_node.py frames            print the frames of many measurements, as `candump -L` does, and what they mean
     can_range_node.py on INTERFACE      be a node on a CAN interface: 25 ranges a second for some seconds, then stop
+    can_range_node.py hear INTERFACE    print `status NODE_ID HEALTH MODE UPTIME_S` of every NodeStatus of other nodes, until
+                                        none has come for 3 s, or for a minute at first
 
 Before each transfer stands a line `range NODE_ID SENSOR_ID READING_TYPE RANGE_M`.
 """
@@ -50,6 +52,24 @@ def print_frames() -> None:
         stamp += 0.04
 
 
+def print_statuses(interface: str, first_s: float = 60.0, offline_s: float = 3.0) -> None:
+    """What other nodes say of themselves."""
+    heard = time.monotonic() - offline_s + first_s
+
+    def on_status(event: dronecan.node.TransferEvent) -> None:
+        nonlocal heard
+        heard = time.monotonic()
+        status = event.message
+        print("status", event.transfer.source_node_id, status.health, status.mode, status.uptime_sec, flush=True)
+
+    node = dronecan.make_node(interface, bitrate=1000000)
+    node.add_handler(dronecan.uavcan.protocol.NodeStatus, on_status)
+    print("listening", flush=True)
+    while time.monotonic() < heard + offline_s:
+        node.spin(0.1)
+    node.close()
+
+
 def be_a_node(interface: str, seconds: float = 4.0) -> None:
     """Broadcasts a range that tells which one it is, and prints the NodeStatus of others."""
     node = dronecan.make_node(interface, node_id=42, bitrate=1000000)
@@ -74,5 +94,7 @@ if __name__ == "__main__":
         print_frames()
     elif sys.argv[1:2] == ["on"] and len(sys.argv) == 3:
         be_a_node(sys.argv[2])
+    elif sys.argv[1:2] == ["hear"] and len(sys.argv) == 3:
+        print_statuses(sys.argv[2])
     else:
         sys.exit(__doc__)

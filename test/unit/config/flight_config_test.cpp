@@ -32,6 +32,7 @@ camera:
 range:
   can: can0
   node_id: 42
+  own_node_id: 21
   noise_stddev_m: 0.05
   max_range_m: 40
   axis_in_cam: [0, 0, 1]
@@ -73,6 +74,7 @@ TEST(FlightConfig, ReadsDevicesCalibrationAndParameters) {
   EXPECT_NEAR(setup.calibration.sensor.p_IC_m.x(), 0.5, 1e-12);
   EXPECT_EQ(setup.range.kind, RangeDevice::kCan);
   EXPECT_EQ(setup.range.can.node_id, 42);
+  EXPECT_EQ(setup.range.node_status.node_id, 21);
   EXPECT_EQ(setup.calibration.sensor.p_CR_m.y(), 0.02);
   EXPECT_EQ(setup.parameters.estimator.imu.gyro_noise_density, 1e-4);
   EXPECT_EQ(setup.parameters.estimator.vision.pixel_noise_px, 0.8);
@@ -110,6 +112,15 @@ TEST(FlightConfig, NamesEveryFaultAtOnce) {
     EXPECT_TRUE(names(faults, what)) << what;
   }
   EXPECT_EQ(faults.size(), 9U);
+}
+
+TEST(FlightConfig, RefusesANodeIdThatCannotBeItsOwn) {
+  for (const char* bad : {"0", "128", "-1", "21.5", "42"}) {
+    const std::vector<std::string> faults = faults_of(with("own_node_id: 21", std::string("own_node_id: ") + bad));
+    EXPECT_TRUE(names(faults, "'range.own_node_id'")) << bad;
+  }
+  EXPECT_TRUE(names(faults_of(with("own_node_id: 21", "own_node_id: 21\n  protocol: benewake")), "range.own_node_id"));
+  EXPECT_EQ(faults_of(with("own_node_id: 21", "protocol: benewake")), std::vector<std::string>{});
 }
 
 TEST(FlightConfig, RefusesWhatNobodyKnows) {

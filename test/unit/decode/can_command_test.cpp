@@ -66,7 +66,10 @@ TEST_F(DecodeCan, SaysWhatIsWrong) {
   add({benewake_frame(1234, 500)});
   const Decoded none = decode("can " + file());
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_NE(none.error.find("no measurement in 1 frames"), std::string::npos);
+  EXPECT_NE(none.error.find("no measurement; "), std::string::npos);
+  EXPECT_NE(none.error.find("\nplumb-decode: 0 ranges, 0 without return, 0 weak; 1 frames, "), std::string::npos);
+  EXPECT_EQ(decode("can --protocol foo " + file()).error,
+            "plumb-decode: --protocol: 'foo' refused; expected one of benewake, dronecan\n");
   EXPECT_EQ(decode("can --node 200 " + file()).exit_code, 2);
   EXPECT_EQ(decode("can --help").exit_code, 0);
 }

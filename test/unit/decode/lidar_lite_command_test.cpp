@@ -101,10 +101,13 @@ TEST_F(DecodeLidarLite, PrintsTheRangesOfTheDevice) {
 }
 
 TEST_F(DecodeLidarLite, SaysWhatIsWrong) {
-  const Decoded none = decode("lidar-lite " + file("no trace\n"));
+  const Decoded none = decode("lidar-lite " + file("no trace\n   a-1 [000] ..... 0.0003: i2c_reply: nonsense\n"));
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_NE(none.error.find("no measurement in 0 transfers"), std::string::npos);
+  EXPECT_NE(none.error.find("no measurement; "), std::string::npos);
+  EXPECT_NE(none.error.find(", 0 other transfers, 1 lines that could not be read\n"), std::string::npos) << none.error;
   EXPECT_EQ(decode("lidar-lite --model v5 " + file("")).exit_code, 2);
+  EXPECT_EQ(decode("lidar-lite --model v5 " + file("")).error,
+            "plumb-decode: --model: 'v5' refused; expected one of v3, v3hp, v4led\n");
   EXPECT_EQ(decode("lidar-lite --help").exit_code, 0);
 }
 

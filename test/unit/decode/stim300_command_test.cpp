@@ -66,6 +66,28 @@ TEST_F(DecodeStim300, PrintsMeasurementsInSiUnits) {
       "1 gaps (2 datagrams missing)\n");
 }
 
+// Increments are an angle and a velocity per datagram. A single one does not tell how long it lasted.
+TEST_F(DecodeStim300, TakesNoRateOutOfTheAir) {
+  Stim300Content content;
+  content.gyro = {1 << 21, 0, 0};  // 1 degree
+  const std::string one = file(emulator::encode_normal({}, content));
+  const std::string setup = " --accel-range 10 --accel-unit increment --gyro-unit ";
+  const Decoded unknown = decode("stim300 " + one + setup + "increment");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.error.find("give --rate"), std::string::npos) << unknown.error;
+  const Decoded told = decode("stim300 " + one + setup + "increment --rate 250");
+  ASSERT_EQ(told.rows.size(), 1U) << told.error;
+  EXPECT_NE(told.rows[0].find(",4.36332313,"), std::string::npos) << told.rows[0];
+  EXPECT_NE(told.error.find("1 measurements at 250 Hz "), std::string::npos) << told.error;
+  const Decoded instant = decode("stim300 " + one + " --accel-range 10 --accel-unit acceleration --gyro-unit rate");
+  EXPECT_NE(instant.error.find("1 measurements at a rate that is not known "), std::string::npos) << instant.error;
+  const std::string configured =
+      file(joined({emulator::encode_configuration({}), emulator::encode_normal({}, content)}));
+  EXPECT_EQ(decode("stim300 " + configured).rows, told.rows);
+  EXPECT_NE(decode("stim300 --rate 500 " + configured).error.find("--rate is not what the unit told"),
+            std::string::npos);
+}
+
 TEST_F(DecodeStim300, DecodesTheCaptureOfARealUnit) {
   const auto folder = data_folder("stim300");
   if (!folder) GTEST_SKIP() << kNoData;
@@ -89,8 +111,18 @@ TEST_F(DecodeStim300, SaysWhatIsWrong) {
   EXPECT_NE(refused("stim300 /no/such/file").find("cannot be opened: No such file"), std::string::npos);
   EXPECT_NE(refused("stim300 " + folder_.path().string()).find("cannot be read: Is a directory"), std::string::npos);
   EXPECT_NE(refused("stim300").find("FILE is required"), std::string::npos);
-  EXPECT_NE(refused("").find("subcommand is required"), std::string::npos);
-  EXPECT_NE(refused("stim300 " + file({1, 2, 3})).find("no measurement in 3 bytes"), std::string::npos);
+  EXPECT_NE(refused("").find("no kind of device is given; expected one of stim300, lidar-lite, can"),
+            std::string::npos);
+  EXPECT_NE(refused("foo").find("'foo' is no kind of device; expected one of stim300, lidar-lite, can"),
+            std::string::npos);
+  const std::string none = refused("stim300 " + file({1, 2, 3}));
+  EXPECT_NE(none.find("no measurement; "), std::string::npos);
+  EXPECT_NE(none.find("\nplumb-decode: 0 measurements (0 starting), 0 other datagrams, 0 checksum errors, 3 bytes "),
+            std::string::npos)
+      << none;
+  EXPECT_NE(refused("stim300 --gyro-unit foo " + file(normal))
+                .find("--gyro-unit: 'foo' refused; expected one of average, increment, rate"),
+            std::string::npos);
   EXPECT_NE(refused("stim300 " + file(normal)).find("give --gyro-unit"), std::string::npos);
   EXPECT_NE(refused("stim300 --accel-range 20 " + file(normal)).find("--accel-range"), std::string::npos);
   EXPECT_NE(refused("stim300 --accel-range 30 " + file(joined({emulator::encode_configuration({}), normal})))

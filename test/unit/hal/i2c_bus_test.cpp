@@ -104,7 +104,10 @@ TEST(KernelI2cBus, KeepsTheErrorOfATransfer) {
 
 #else
 
-TEST(KernelI2cBus, MeasuresThroughARealDevice) { GTEST_SKIP() << "built without libfuse3, which serves the device"; }
+TEST(KernelI2cBus, MeasuresThroughARealDevice) {
+  PLUMB_NEEDS_KERNEL("CUSE (module cuse)");
+  FAIL() << "built without libfuse3, which serves the device; expected it installed: tools/setup --tests";
+}
 
 #endif
 

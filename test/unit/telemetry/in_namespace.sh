@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Runs a program in a network namespace whose loopback carries LCM's multicast group; exits with 77 where the system does
+# Runs a program in a network namespace whose loopback carries LCM's multicast group; exits with 1 where the system does
 # not allow such a namespace.
 set -euo pipefail
 
 network='ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo'
 if ! unshare --map-root-user --net sh -c "$network" 2>/dev/null; then
-  echo "no network namespace can be made here" >&2
-  exit 77
+  echo "no network namespace with a loopback can be made here: unshare --map-root-user --net and ip (iproute2) must work" >&2
+  exit 1
 fi
 export PLUMB_TEST_LCM_URL='udpm://239.255.76.67:7667?ttl=0'
 exec unshare --map-root-user --net sh -c "$network && exec \"\$@\"" sh "$@"
