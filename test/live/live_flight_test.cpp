@@ -282,21 +282,29 @@ void expect_statuses_of(const fs::path& log, const std::vector<NodeStatus>& hear
 
 TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBitAndIsANodeOnTheBus) {
   PLUMB_NEEDS_KERNEL("CAN");
-  const TemporaryFolder folder;
-  StatusListener listener;
-  const LiveFlight flight =
-      fly(folder.path(), "vcan0", range_section("can: vcan0\n  own_node_id: 77\n  latency_ms: 2"));
-  const std::vector<NodeStatus> heard = listener.end();
-  ASSERT_GE(heard.size(), 3U) << listener.text();
-  EXPECT_LE(heard.size(), static_cast<std::size_t>(heard.back().uptime_s) + 1) << "once a second: " << listener.text();
-  expect_statuses_of(folder.path() / "flight.lcm", heard);
-  for (std::size_t i = 0; i < heard.size(); ++i) {
-    EXPECT_EQ(heard[i].node_id, 77);
-    EXPECT_GE(heard[i].uptime_s, i == 0 ? 0 : heard[i - 1].uptime_s);
+  // This kernel is slow, and where others burn time beside it the log loses records, and says so. Then nothing can be
+  // flown again from it.
+  constexpr int kFlights = 4;
+  for (int flights = 1;; ++flights) {
+    const TemporaryFolder folder;
+    StatusListener listener;
+    const LiveFlight flight =
+        fly(folder.path(), "vcan0", range_section("can: vcan0\n  own_node_id: 77\n  latency_ms: 2"));
+    const std::vector<NodeStatus> heard = listener.end();
+    if (flight.exit_code != 0 && number_after(flight.output, ", lost ") > 0 && flights < kFlights) continue;
+    ASSERT_EQ(flight.exit_code, 0) << flight.output;
+    ASSERT_GE(heard.size(), 3U) << listener.text();
+    EXPECT_LE(heard.size(), static_cast<std::size_t>(heard.back().uptime_s) + 1)
+        << "once a second: " << listener.text();
+    expect_statuses_of(folder.path() / "flight.lcm", heard);
+    for (std::size_t i = 0; i < heard.size(); ++i) {
+      EXPECT_EQ(heard[i].node_id, 77);
+      EXPECT_GE(heard[i].uptime_s, i == 0 ? 0 : heard[i - 1].uptime_s);
+    }
+    EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
+    expect_equal_replays(folder.path());
+    return;
   }
-  ASSERT_EQ(flight.exit_code, 0) << flight.output;
-  EXPECT_NE(flight.output.find("range: speaks"), std::string::npos) << flight.output;
-  expect_equal_replays(folder.path());
 }
 
 }  // namespace

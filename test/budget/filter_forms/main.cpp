@@ -157,7 +157,7 @@ int main(int argc, char** argv) {
   CLI::App app{plumb::budget::kAbout, "plumb-filter-forms"};
   app.add_option("recordings", options.recordings, "folders in the ASL layout")->required();
   app.add_option("--images", options.images, "stop after so many of each recording");
-  app.add_option("--rounds", options.rounds, "of each image, for the time")->check(number_from(1, 1e6));
+  app.add_option("--rounds", options.rounds, "of each image, for the time")->check(plumb::number_from(1, 1e6));
   app.add_flag("--count", options.count, "only mark what each form does, for instructions to be counted");
   CLI11_PARSE(app, argc, argv);
   try {
