@@ -231,6 +231,7 @@ FlightProcess::~FlightProcess() = default;
 const std::string& FlightProcess::log_file() const { return parts_->log_name; }
 
 void FlightProcess::open(std::vector<std::string>& faults) {
+  limit_thread_memory(Parts::kStackBytes);
   parts_->open_devices(faults);
   parts_->open_telemetry(faults);
   parts_->open_commands(faults);
@@ -336,8 +337,8 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
   }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
-    std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,
-                  thread.stack_used(), thread.options().stack_bytes);
+    std::snprintf(line, sizeof line, "thread %-7s stack used %zu of %zu bytes, page faults %ld",
+                  thread.options().name, thread.stack_used(), thread.options().stack_bytes, thread.page_faults());
     summary.lines.emplace_back(line);
   }
 }

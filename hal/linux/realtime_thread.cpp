@@ -1,6 +1,8 @@
 #include "hal/linux/realtime_thread.h"
 
+#include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <cerrno>
 #include <cstdint>
@@ -12,17 +14,20 @@ namespace {
 constexpr unsigned char kPaint = 0xA5;
 constexpr std::size_t kGuardBytes = 16384;  // whole pages of any size that ARM or x86 boards use
 
-// pthreads want a function that returns something; ours do not.
-struct Start {
-  RealtimeThread::Entry entry;
-  void* context;
-};
-
 }  // namespace
 
 std::string lock_memory() {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
   return std::string("memory is not locked: ") + std::strerror(errno) + "; a page fault may delay a tick";
+}
+
+void limit_thread_memory(std::size_t stack_bytes) {
+  mallopt(M_ARENA_MAX, 1);
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, stack_bytes);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
 }
 
 RealtimeThread::~RealtimeThread() {
@@ -33,29 +38,32 @@ RealtimeThread::~RealtimeThread() {
 bool RealtimeThread::start(const ThreadOptions& options, Entry entry, void* context,
                            std::vector<std::string>& warnings) {
   options_ = options;
-  void* mapping = mmap(nullptr, kGuardBytes + options.stack_bytes, PROT_READ | PROT_WRITE,
+  entry_ = entry;
+  context_ = context;
+  // Without access at first, and the guard for good: a stack that overflows ends the process instead of something
+  // else, and where memory is locked the guard takes none.
+  void* mapping = mmap(nullptr, kGuardBytes + options.stack_bytes, PROT_NONE,
                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
   if (mapping == MAP_FAILED) return false;
   stack_ = static_cast<unsigned char*>(mapping) + kGuardBytes;
-  mprotect(mapping, kGuardBytes, PROT_NONE);  // a stack that overflows ends the process instead of something else
+  if (mprotect(stack_, options.stack_bytes, PROT_READ | PROT_WRITE) != 0) return false;
   std::memset(stack_, kPaint, options.stack_bytes);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstack(&attributes, stack_, options.stack_bytes);
+  // pthreads want a function that returns something; ours do not.
   const auto run = [](void* argument) -> void* {
-    const Start start = *static_cast<Start*>(argument);
-    delete static_cast<Start*>(argument);
-    start.entry(start.context);
+    auto& thread = *static_cast<RealtimeThread*>(argument);
+    thread.entry_(thread.context_);
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    thread.page_faults_ = usage.ru_minflt + usage.ru_majflt;
     return nullptr;
   };
-  auto* start = new Start{entry, context};
   const std::string name(options.name);
-  int error = pthread_create(&thread_, &attributes, run, start);
+  int error = pthread_create(&thread_, &attributes, run, this);
   pthread_attr_destroy(&attributes);
-  if (error != 0) {
-    delete start;
-    return false;
-  }
+  if (error != 0) return false;
   running_ = true;
   pthread_setname_np(thread_, options.name);
   if (options.priority > 0) {

@@ -41,7 +41,8 @@ TEST(LiveTarget, FliesOnWhileEachDeviceIsPulled) {
   std::ofstream("flight.yaml") << flight_configuration(
       vehicle.imu_device(), vehicle.image_rate_hz(), "flight.lcm",
       std::string("device: ") + emulator::LoopbackCamera::kDevice,
-      range_section(std::string("i2c: ") + LidarLiteServed::kDevice + "\n  model: v3"));
+      "lcm: udpm://239.255.76.67:7667?ttl=0\n" +
+          range_section(std::string("i2c: ") + LidarLiteServed::kDevice + "\n  model: v3"));
   const auto start = std::chrono::steady_clock::now();
   const auto wait_until = [start](double t_s) {
     std::this_thread::sleep_until(start + std::chrono::duration<double>(t_s));
