@@ -8,6 +8,7 @@
 #include "fsw/app/tick_task.h"
 #include "fsw/telemetry/command_messages.h"
 #include "fsw/vision/flight_tracker.h"
+#include "hal/include/no_sink.h"
 #include "hal/linux/can_socket.h"
 #include "hal/linux/frame_socket.h"
 #include "hal/linux/i2c_bus.h"
@@ -24,13 +25,6 @@
 
 namespace plumb {
 namespace {
-
-/// Where nobody wants telemetry, or a log.
-class NoSink final : public TelemetrySink, public LogSink {
- public:
-  Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kOk; }
-  Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
-};
 
 constexpr std::size_t index(FlightThread thread) { return static_cast<std::size_t>(thread); }
 

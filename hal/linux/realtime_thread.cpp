@@ -42,8 +42,8 @@ bool RealtimeThread::start(const ThreadOptions& options, Entry entry, void* cont
   context_ = context;
   // Without access at first, and the guard for good: a stack that overflows ends the process instead of something
   // else, and where memory is locked the guard takes none.
-  void* mapping = mmap(nullptr, kGuardBytes + options.stack_bytes, PROT_NONE,
-                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
+  void* mapping =
+      mmap(nullptr, kGuardBytes + options.stack_bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
   if (mapping == MAP_FAILED) return false;
   stack_ = static_cast<unsigned char*>(mapping) + kGuardBytes;
   if (mprotect(stack_, options.stack_bytes, PROT_READ | PROT_WRITE) != 0) return false;

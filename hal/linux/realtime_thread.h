@@ -14,8 +14,8 @@ namespace plumb {
 std::string lock_memory();
 
 /// Before the first thread. A thread that a library starts has a stack of that size: by default it has the 8 MB of
-/// `ulimit -s`, and where memory is locked all of it is in memory. All threads have one heap: one for each would be taken,
-/// 33 pages, in the midst of the flight when the thread first asks, which LCM does for who publishes.
+/// `ulimit -s`, and where memory is locked all of it is in memory. All threads have one heap: one for each would be
+/// taken, 33 pages, in the midst of the flight when the thread first asks, which LCM does for who publishes.
 void limit_thread_memory(std::size_t stack_bytes);
 
 struct ThreadOptions {
