@@ -35,7 +35,7 @@ _PARAMETERS_HEAD = """\
 ## Parameters
 
 In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A
-value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes. *Changes* says when one counts that is
+value out of range is refused. Unit 1 is a plain number; *whole*: a fraction is refused, and from 0 to 1 it is no and yes. *Changes* says when one counts that is
 [set in flight](executive.md#parameters-in-flight), by its number and the table's CRC, `0x{crc:08x}`.
 """
 
@@ -135,7 +135,7 @@ def _parameters() -> Iterator[str]:
     yield _table(
         ("number", "parameter", "default", "from", "to", "unit", "changes", "what"),
         (
-            (number, f"`{row.name}`", row.default, row.low, row.high, row.unit, row.change, row.what)
+            (number, f"`{row.name}`", row.default, row.low, row.high, row.unit + (row.whole or ""), row.change, row.what)
             for number, row in enumerate(rows)
         ),
     )
