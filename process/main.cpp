@@ -19,6 +19,7 @@
 #include "fsw/vision/vector_unit.h"
 #include "hal/linux/monotonic_clock.h"
 #include "process/flight_process.h"
+#include "process/host_check.h"
 #include "process/mode_page.h"
 #include "process/schedule_page.h"
 
@@ -122,10 +123,13 @@ int fly(FlightProcess& process, double duration_s) {
 
 int run(const Arguments& arguments) {
   std::vector<std::string> faults;
+  std::vector<std::string> warnings;
   FlightSetup setup = read_flight_config(arguments.config, faults);
+  check_host(setup, arguments.config, faults, warnings);
   if (!faults.empty()) return refuse(faults, kExitBadInput);
   if (!arguments.log.empty()) setup.log = arguments.log;
   if (arguments.dry_run) {
+    for (const std::string& warning : warnings) tell("warning: " + warning);
     std::printf("%s can be flown\n", arguments.config.c_str());
     return 0;
   }

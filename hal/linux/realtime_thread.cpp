@@ -1,8 +1,10 @@
 #include "hal/linux/realtime_thread.h"
 
 #include <malloc.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdint>
@@ -13,6 +15,13 @@ namespace {
 
 constexpr unsigned char kPaint = 0xA5;
 constexpr std::size_t kGuardBytes = 16384;  // whole pages of any size that ARM or x86 boards use
+
+cpu_set_t only(int core) {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  CPU_SET(static_cast<unsigned>(core), &cores);
+  return cores;
+}
 
 }  // namespace
 
@@ -29,6 +38,19 @@ void limit_thread_memory(std::size_t stack_bytes) {
   pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
 }
+
+// The system alone knows all that keeps a process from a core, so it is asked to try.
+bool may_run_on(int core) {
+  if (core < 0 || core >= CPU_SETSIZE) return false;
+  cpu_set_t before;
+  if (sched_getaffinity(0, sizeof before, &before) != 0) return false;
+  const cpu_set_t cores = only(core);
+  if (sched_setaffinity(0, sizeof cores, &cores) != 0) return false;
+  sched_setaffinity(0, sizeof before, &before);
+  return true;
+}
+
+int cores_of_host() { return static_cast<int>(sysconf(_SC_NPROCESSORS_CONF)); }
 
 RealtimeThread::~RealtimeThread() {
   join();
@@ -72,9 +94,7 @@ bool RealtimeThread::start(const ThreadOptions& options, Entry entry, void* cont
     if (error != 0) warnings.push_back(name + ": no real-time priority: " + std::strerror(error));
   }
   if (options.core >= 0) {
-    cpu_set_t cores;
-    CPU_ZERO(&cores);
-    CPU_SET(static_cast<unsigned>(options.core), &cores);
+    const cpu_set_t cores = only(options.core);
     error = pthread_setaffinity_np(thread_, sizeof cores, &cores);
     if (error != 0)
       warnings.push_back(name + ": not on core " + std::to_string(options.core) + ": " + std::strerror(error));

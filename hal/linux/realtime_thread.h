@@ -18,6 +18,10 @@ std::string lock_memory();
 /// taken, 33 pages, in the midst of the flight when the thread first asks, which LCM does for who publishes.
 void limit_thread_memory(std::size_t stack_bytes);
 
+/// Whether the system lets a thread of this process run on that core.
+bool may_run_on(int core);
+int cores_of_host();
+
 struct ThreadOptions {
   const char* name = "";  ///< at most 15 characters, for the system's lists
   int priority = 0;       ///< SCHED_FIFO, 1 to 99; 0: the system's usual scheduling

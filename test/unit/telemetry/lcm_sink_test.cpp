@@ -82,6 +82,12 @@ TEST(LcmSource, KnowsNoRouteOfWhatIsNoAddress) {
     EXPECT_FALSE(stays_on_host(url)) << url;
 }
 
+TEST(LcmSource, KnowsWhatLcmCanUseWhereThereIsARouteToIt) {
+  for (const char* url : {"memq://", "udpm://239.255.76.67:7667?ttl=0"}) EXPECT_TRUE(is_lcm_url(url)) << url;
+  for (const char* url : {"junk", "nonsense://x", "udpm://nowhere:7667", "udpm://127.0.0.1:7667"})
+    EXPECT_FALSE(is_lcm_url(url)) << url;
+}
+
 TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
   if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
   if (!replay::heap_calls_counted()) GTEST_SKIP() << "the sanitizers bring their own allocator";
