@@ -22,6 +22,7 @@
 #include "process/host_check.h"
 #include "process/mode_page.h"
 #include "process/schedule_page.h"
+#include "process/telemetry_page.h"
 
 namespace plumb {
 namespace {
@@ -39,6 +40,7 @@ struct Arguments {
   bool dry_run = false;
   bool schedule = false;
   bool modes = false;
+  bool telemetry = false;
   double duration_s = 0.0;
 };
 
@@ -151,6 +153,7 @@ int main_of(int argc, char** argv) {
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
+  app.add_flag("--telemetry", arguments.telemetry, "print what is sent when as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(CLI::PositiveNumber);
   if (!vector_unit_present()) {
@@ -165,6 +168,10 @@ int main_of(int argc, char** argv) {
     }
     if (arguments.modes) {
       std::printf("%s\n%s", mode_page().c_str(), sensor_page().c_str());
+      return 0;
+    }
+    if (arguments.telemetry) {
+      std::printf("%s", telemetry_page().c_str());
       return 0;
     }
     if (config->empty()) throw CLI::RequiredError("config");

@@ -36,8 +36,8 @@ void expect_delivery(const std::string& url) {
 
   const NavStateRecord sent = test::sample_nav_state();
   Publisher publisher(*sink);
-  publisher.publish(channel::kNavState, sent);
-  publisher.publish(channel::kNavHealth, test::sample_health());  // nobody listens
+  publisher.publish(sent);
+  publisher.publish(test::sample_health());  // nobody listens
   constexpr int kTimeout_ms = 2000;
   ASSERT_GT(lcm_handle_timeout(sink->handle(), kTimeout_ms), 0);
   ASSERT_EQ(received.size(), 1U);
@@ -96,9 +96,9 @@ TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
   ASSERT_NE(sink, nullptr) << error;
   Publisher publisher(*sink);
   const NavStateRecord record = test::sample_nav_state();
-  publisher.publish(channel::kNavState, record);
+  publisher.publish(record);
   const std::uint64_t before = replay::heap_calls();
-  for (int i = 0; i < 100; ++i) publisher.publish(channel::kNavState, record);
+  for (int i = 0; i < 100; ++i) publisher.publish(record);
   EXPECT_EQ(replay::heap_calls(), before);
   EXPECT_EQ(publisher.lost(), 0U);
 }
@@ -117,7 +117,7 @@ class RefusingSink final : public TelemetrySink {
 TEST(Publisher, CountsWhatIsLost) {
   RefusingSink sink;
   Publisher publisher(sink);
-  publisher.publish(channel::kTiming, test::sample_timing());
+  publisher.publish(test::sample_timing());
   EXPECT_EQ(publisher.sent(), 0U);
   EXPECT_EQ(publisher.lost(), 1U);
 }

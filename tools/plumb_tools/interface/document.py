@@ -22,8 +22,8 @@ _HEAD = """\
 # Interfaces
 
 What Plumb says and takes, to the byte: made by `tools/interface` from the sources, so change those. Frames and units are
-those of [architecture](architecture.md#frames-and-names). Who sends what when stands in
-[the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
+those of [architecture](architecture.md#frames-and-names). Who sends what when stands [below](#rates) and, of devices, logs
+and replays, in [the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
 devices say in [sensors](sensors.md).
 
 Messages are LCM's, on its network (`lcm:` of a configuration) and in its event logs. A message is the fingerprint of its
@@ -119,6 +119,11 @@ def _output_of(program: str, *words: str) -> str:
         raise InputError(f"{path}: does not run: {error}; expected it built: {build}") from None
 
 
+def _rates() -> Iterator[str]:
+    yield "## Rates\n\nWhat `plumb-fsw` sends, and which job of the [schedule](#schedule) does.\n"
+    yield _output_of("plumb-fsw", "--telemetry")
+
+
 def _schedule() -> Iterator[str]:
     yield "## Schedule\n\nA tick is 4 ms; [executive](executive.md#schedule) tells what the columns mean.\n"
     yield _output_of("plumb-fsw", "--schedule")
@@ -143,5 +148,5 @@ def _parameters() -> Iterator[str]:
 
 def text() -> str:
     """The whole document; InputError where a source cannot be read."""
-    parts = [_HEAD, *_messages(), *_events(), *_schedule(), *_modes(), *_parameters()]
+    parts = [_HEAD, *_messages(), *_rates(), *_events(), *_schedule(), *_modes(), *_parameters()]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
