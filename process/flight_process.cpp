@@ -8,6 +8,7 @@
 #include "fsw/app/tick_task.h"
 #include "fsw/telemetry/command_messages.h"
 #include "fsw/vision/flight_tracker.h"
+#include "hal/include/no_sink.h"
 #include "hal/linux/can_socket.h"
 #include "hal/linux/frame_socket.h"
 #include "hal/linux/i2c_bus.h"
@@ -25,13 +26,6 @@
 
 namespace plumb {
 namespace {
-
-/// Where nobody wants telemetry, or a log.
-class NoSink final : public TelemetrySink, public LogSink {
- public:
-  Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kOk; }
-  Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
-};
 
 constexpr std::size_t index(FlightThread thread) { return static_cast<std::size_t>(thread); }
 
@@ -233,6 +227,7 @@ FlightProcess::~FlightProcess() = default;
 const std::string& FlightProcess::log_file() const { return parts_->log_name; }
 
 void FlightProcess::open(std::vector<std::string>& faults) {
+  limit_thread_memory(Parts::kStackBytes);
   parts_->open_devices(faults);
   parts_->open_telemetry(faults);
   parts_->open_commands(faults);
@@ -339,8 +334,8 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
   }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
-    std::snprintf(line, sizeof line, "thread %-6s stack used %zu of %zu bytes", thread.options().name,
-                  thread.stack_used(), thread.options().stack_bytes);
+    std::snprintf(line, sizeof line, "thread %-7s stack used %zu of %zu bytes, page faults %ld",
+                  thread.options().name, thread.stack_used(), thread.options().stack_bytes, thread.page_faults());
     summary.lines.emplace_back(line);
   }
 }

@@ -21,8 +21,10 @@
 #include "hal/linux/monotonic_clock.h"
 #include "process/fault_page.h"
 #include "process/flight_process.h"
+#include "process/host_check.h"
 #include "process/mode_page.h"
 #include "process/schedule_page.h"
+#include "process/telemetry_page.h"
 
 namespace plumb {
 namespace {
@@ -42,6 +44,7 @@ struct Arguments {
   bool schedule = false;
   bool modes = false;
   bool faults = false;
+  bool telemetry = false;
   double duration_s = 0.0;
 };
 
@@ -126,10 +129,13 @@ int fly(FlightProcess& process, double duration_s) {
 
 int run(const Arguments& arguments) {
   std::vector<std::string> faults;
+  std::vector<std::string> warnings;
   FlightSetup setup = read_flight_config(arguments.config, faults);
+  check_host(setup, arguments.config, faults, warnings);
   if (!faults.empty()) return refuse(faults, kExitBadInput);
   if (!arguments.log.empty()) setup.log = arguments.log;
   if (arguments.dry_run) {
+    for (const std::string& warning : warnings) tell("warning: " + warning);
     std::printf("%s can be flown\n", arguments.config.c_str());
     return 0;
   }
@@ -152,6 +158,7 @@ int main_of(int argc, char** argv) {
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
   app.add_flag("--faults", arguments.faults, "print the faults of devices that are counted as a table, and end");
+  app.add_flag("--telemetry", arguments.telemetry, "print what is sent when as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(number_from(1e-3, kLongestFlight_s));
   if (!vector_unit_present()) {
@@ -170,6 +177,10 @@ int main_of(int argc, char** argv) {
     }
     if (arguments.faults) {
       std::printf("%s", fault_page().c_str());
+      return 0;
+    }
+    if (arguments.telemetry) {
+      std::printf("%s", telemetry_page().c_str());
       return 0;
     }
     if (config->empty()) throw CLI::RequiredError("config");

@@ -3,12 +3,10 @@
 
 #include <utility>
 
-#include "fsw/app/flight_schedule.h"
 #include "fsw/app/nav_job.h"
 #include "fsw/app/nav_link.h"
-#include "fsw/app/publisher.h"
-#include "fsw/app/record_log.h"
 #include "fsw/app/stage_timer.h"
+#include "fsw/app/telemetry_out.h"
 #include "hal/include/clock.h"
 
 namespace plumb {
@@ -24,8 +22,7 @@ class NavTask {
         clock_(clock),
         stages_(clock),
         job_(calibration, parameters, tracker, &stages_),
-        log_(log),
-        publisher_(telemetry) {}
+        out_(telemetry, log) {}
 
   /// Waits for an order, at most kLongestWait, and works off what is there.
   void run_once() {
@@ -72,10 +69,8 @@ class NavTask {
     const NavStateRecord record = job_.record();
     const TimingRecord timing{
         .t_image = record.t_image, .sequence = record.sequence, .stage_ns = stages_.stage_ns(), .step_ns = step.ns()};
-    log_.write(channel::kNavState, record.t_image, record);
-    log_.write(channel::kTiming, record.t_image, timing);
-    publisher_.publish(channel::kNavState, record);
-    publisher_.publish(channel::kTiming, timing);
+    out_.send(record.t_image, record);
+    out_.send(record.t_image, timing);
   }
 
   SensorRings& rings_;
@@ -83,8 +78,7 @@ class NavTask {
   Clock& clock_;
   StageTimer stages_;
   NavJob<Config> job_;
-  RecordLog log_;
-  Publisher publisher_;
+  TelemetryOut<Thread::kOwn> out_;
   ParamDamage damage_ = ParamDamage::kNone;  ///< that the tick task does not know of yet
   std::uint8_t slot_ = 0;                    ///< of the image that is not answered for yet
   Time t_start_;

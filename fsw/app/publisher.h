@@ -1,11 +1,11 @@
 #pragma once
-// Encodes records into a static buffer and hands them to a telemetry sink. Telemetry never holds up navigation: what
-// cannot be sent is counted and forgotten.
+// Encodes records into a static buffer and hands them to a telemetry sink, each on its channel. Telemetry never holds
+// up navigation: what cannot be sent is counted and forgotten.
 
 #include <array>
 #include <cstdint>
 
-#include "fsw/telemetry/messages.h"
+#include "fsw/app/telemetry_table.h"
 #include "hal/include/telemetry_sink.h"
 
 namespace plumb {
@@ -16,10 +16,10 @@ class Publisher {
   explicit Publisher(TelemetrySink& sink) : sink_(sink) {}
 
   template <class Record>
-  void publish(const char* channel, const Record& record) {
+  void publish(const Record& record) {
     const Result<std::size_t> size = encode(record, buffer_);
     PLUMB_ASSERT(size.has_value());  // the buffer holds every record
-    if (ok(sink_.publish(channel, MessageBytes(buffer_.data(), *size)))) {
+    if (ok(sink_.publish(kTelemetryRow<Record>.channel, MessageBytes(buffer_.data(), *size)))) {
       ++sent_;
     } else {
       ++lost_;

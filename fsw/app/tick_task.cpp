@@ -29,7 +29,7 @@ void TickTask::run_job(std::size_t job) {
 
 void TickTask::assemble() {
   const InputFrame& frame = gate_.assemble(clock_.now());
-  log_.write(channel::kInputFrame, frame.t, frame);
+  out_.send(frame.t, frame);
   gate_.order();
   wake_nav_.wake();
 }
@@ -50,7 +50,7 @@ void TickTask::publish() {
   tell_of_devices();
   answer_commands();
   for (const Event& event : output_.events()) tell(event);
-  for (const PredictedState& state : output_.predicted()) send(channel::kNavOutput, state);
+  for (const PredictedState& state : output_.predicted()) out_.send(state.t, state);
   const Time now = clock_.now();
   for (const Time t_arrival : gate_.arrivals()) imu_latency_.add(now - t_arrival);
 }
@@ -58,15 +58,14 @@ void TickTask::publish() {
 void TickTask::answer_commands() {
   bool told = false;
   for (const Command& command : gate_.frame().commands) {
-    // Not into the log, where it would be taken for what the flight began with.
     if (command.is(CommandId::kTellParameters) && !std::exchange(told, true)) {
-      publisher_.publish(channel::kParams, params_record(parameters().active(), FlightConfig::kName));
+      out_.send(gate_.frame().t, params_record(parameters().active(), FlightConfig::kName));
     }
-    send(channel::kCommandAck, CommandAck{.t = gate_.frame().t, .command = command});
+    out_.send(gate_.frame().t, CommandAck{.t = gate_.frame().t, .command = command});
   }
 }
 
-void TickTask::tell(const Event& event) { send(channel::kEvents, event); }
+void TickTask::tell(const Event& event) { out_.send(event.t, event); }
 
 void TickTask::tell(const ScheduleFact& fact) {
   const Job& job = kFlightSchedule[fact.job];
@@ -122,7 +121,7 @@ void TickTask::publish_health() {
   tell_of_damage(0, output_.check_parameters());
   HealthRecord health = output_.health(t, gate_.answer().result);
   health.system.ticks = tick_;
-  send(channel::kNavHealth, health);
+  out_.send(t, health);
   ScheduleRecord schedule;
   schedule.t = t;
   schedule.imu_latency = {.count = imu_latency_.count(),
@@ -134,7 +133,7 @@ void TickTask::publish_health() {
         {.name = kFlightSchedule[job].name, .budget = kFlightSchedule[job].budget, .account = dispatcher_.of(job)});
     PLUMB_ASSERT(ok(added));
   }
-  send(channel::kSchedule, schedule);
+  out_.send(t, schedule);
 }
 
 }  // namespace plumb

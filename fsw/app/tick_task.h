@@ -4,12 +4,9 @@
 #include "fsw/app/flight_schedule.h"
 #include "fsw/app/input_gate.h"
 #include "fsw/app/output_stage.h"
-#include "fsw/app/publisher.h"
-#include "fsw/app/record_log.h"
+#include "fsw/app/telemetry_out.h"
 #include "fsw/schedule/dispatcher.h"
 #include "fsw/schedule/latency_histogram.h"
-#include "fsw/telemetry/command_messages.h"
-#include "fsw/telemetry/executive_messages.h"
 #include "hal/include/clock.h"
 
 namespace plumb {
@@ -46,8 +43,7 @@ class TickTask {
         wake_nav_(wake_nav),
         output_(parameters),
         gate_(rings, link, output_.parameters()),
-        log_(log),
-        publisher_(telemetry),
+        out_(telemetry, log),
         pacer_(clock.now()) {}
 
   /// Waits until a tick is due, at most kLongest, and runs it.
@@ -67,12 +63,6 @@ class TickTask {
   void publish();
   void answer_commands();
   void publish_health();
-  /// Over telemetry and into the log.
-  template <class Record>
-  void send(const char* channel, const Record& record) {
-    publisher_.publish(channel, record);
-    log_.write(channel, record.t, record);
-  }
   void tell(const Event& event);
   void tell(const ScheduleFact& fact);
   void tell_of_gate();
@@ -85,8 +75,7 @@ class TickTask {
   Clock& wake_nav_;
   OutputStage output_;
   InputGate gate_;
-  RecordLog log_;
-  Publisher publisher_;
+  TelemetryOut<Thread::kTick> out_;
   Dispatcher<kFlightSchedule> dispatcher_;
   LatencyHistogram imu_latency_;
   TickPacer pacer_;

@@ -63,15 +63,28 @@ bool is_loopback(unsigned interface) {
   return known && (request.ifr_flags & IFF_LOOPBACK) != 0;
 }
 
-}  // namespace
-
-bool stays_on_host(const std::string& url) {
+/// The address in a URL udpm://ADDRESS:PORT. False: it is none.
+bool address_of(const std::string& url, in_addr& address) {
   const std::string scheme = "udpm://";
   if (!url.starts_with(scheme)) return false;
   const std::string place = url.substr(scheme.size(), url.find('?') - scheme.size());
+  return inet_pton(AF_INET, place.substr(0, place.find(':')).c_str(), &address) == 1;
+}
+
+}  // namespace
+
+bool stays_on_host(const std::string& url) {
   in_addr group{};
-  if (inet_pton(AF_INET, place.substr(0, place.find(':')).c_str(), &group) != 1) return false;
-  return is_loopback(interface_towards(group));
+  return address_of(url, group) && is_loopback(interface_towards(group));
+}
+
+bool is_lcm_url(const std::string& url) {
+  if (lcm_t* lcm = lcm_create(url.c_str()); lcm != nullptr) {
+    lcm_destroy(lcm);
+    return true;
+  }
+  in_addr group{};
+  return address_of(url, group) && IN_MULTICAST(ntohl(group.s_addr));
 }
 
 std::unique_ptr<LcmSource> LcmSource::open(const std::string& url, const std::string& channel, std::string& error) {

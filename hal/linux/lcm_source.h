@@ -18,6 +18,9 @@ namespace plumb {
 /// group is a loopback. A ttl of 0 alone keeps this host's messages here, not those of others out.
 bool stays_on_host(const std::string& url);
 
+/// Whether LCM can use a URL: at once or, of a multicast group, when this host has a route to it.
+bool is_lcm_url(const std::string& url);
+
 class LcmSource {
  public:
   /// Null, and the reason in `error`, when LCM cannot use the URL.

@@ -10,15 +10,16 @@
 
 namespace plumb::budget {
 
-/// What a mark says: a region begins or ends, or an image, or a tick, is done. instruction_budget.py reads the same
-/// numbers.
+/// What a mark says: a region begins or ends, or an image, or a tick, is done. instruction_budget.py and tick_budget.py
+/// read the same numbers.
 enum class Region : std::uint8_t {
   kStages = 0,  ///< the stages of fsw/base/stage_observer.h, in their order
   kStep = 16,   ///< the nav job for one tick, outside the other regions
   kPyramid,     ///< building the pyramid of an image
   kFlow,        ///< following points from image to image, there and back
   kDetect,      ///< looking for corners
-  kTick,        ///< a tick of the executive
+  kTick,        ///< a tick of the executive, outside its jobs
+  kJobs,        ///< the jobs of fsw/app/flight_schedule.h, in their order
   kImage = 31,  ///< its end: the counts since the last one are those of an image, or of a tick
 };
 
@@ -28,8 +29,10 @@ inline void mark(std::uint8_t tag) {
   // The tag stands where the address would; nothing is read.
   if (write(kNoDescriptor, reinterpret_cast<const void*>(static_cast<std::uintptr_t>(tag)), 0) >= 0) _exit(1);
 }
-inline void begin(std::uint8_t region) { mark(static_cast<std::uint8_t>(2 * region)); }
-inline void end(std::uint8_t region) { mark(static_cast<std::uint8_t>(2 * region + 1)); }
+constexpr std::uint8_t begin_tag(std::uint8_t region) { return static_cast<std::uint8_t>(2 * region); }
+constexpr std::uint8_t end_tag(std::uint8_t region) { return static_cast<std::uint8_t>(2 * region + 1); }
+inline void begin(std::uint8_t region) { mark(begin_tag(region)); }
+inline void end(std::uint8_t region) { mark(end_tag(region)); }
 
 class RegionScope {
  public:

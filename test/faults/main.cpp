@@ -40,6 +40,10 @@ int run(const Arguments& arguments) {
   for (const ProcessFault& fault : process) known(fault.name, fault.what);
   if (!unknown.empty()) throw CLI::ValidationError("--only", "no fault is named '" + unknown.front() + "'; see --list");
   if (arguments.list) return 0;
+  // Before the flights, which take minutes; another page in its place stays until there is a new one.
+  if (!arguments.out.empty() && !std::ofstream(arguments.out, std::ios::app)) {
+    throw CLI::ValidationError("--out", arguments.out + ": cannot be written; expected the path of a file");
+  }
 
   const test::TemporaryFolder folder;
   const std::filesystem::path logs = arguments.keep.empty() ? folder.path() : std::filesystem::path(arguments.keep);

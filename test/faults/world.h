@@ -17,6 +17,7 @@
 #include "process/thread_log.h"
 #include "test/faults/devices.h"
 #include "test/faults/observer.h"
+#include "test/support/standing_clock.h"
 
 namespace plumb::faults {
 
@@ -87,18 +88,6 @@ class World {
     bool drives_;
     bool woken_ = false;
   };
-  /// Stands still but for the time that the tracker takes.
-  class NavClock final : public Clock {
-   public:
-    Time now() const override { return now_; }
-    void wait_until(Time) override {}
-    void wake() override { woken = true; }
-    void set(Time t) { now_ = t; }
-    bool woken = false;
-
-   private:
-    Time now_;
-  };
   class SlowTracker final : public Tracker<FlightConfig::kMaxTracks> {
    public:
     SlowTracker(World& world, FlightTracker<FlightConfig>& tracker) : world_(world), tracker_(tracker) {}
@@ -133,7 +122,7 @@ class World {
   FlightSetup setup_;
   WorldClock clock_;
   WorldClock tick_clock_;
-  NavClock nav_clock_;
+  test::StandingClock nav_clock_;  ///< but for the time that the tracker takes
   std::unique_ptr<LcmLogWriter> file_;
   ThreadLog imu_log_;
   ThreadLog range_log_;

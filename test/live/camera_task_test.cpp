@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "hal/include/no_sink.h"
 #include "hal/linux/frame_socket.h"
 #include "hal/linux/linux_clock.h"
 #include "process/device_tasks.h"
@@ -14,11 +15,6 @@
 
 namespace plumb::test {
 namespace {
-
-class NoLog final : public LogSink {
- public:
-  Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
-};
 
 // Kalibr's shift is added to a stamp, whoever worked out the middle of the exposure: the driver of the sensor or, for a
 // camera that does as it likes, this thread.
@@ -37,7 +33,7 @@ TEST(CameraTask, StampsImagesByTheClockOfTheImu) {
     const CameraCalibration camera{.width = 640, .height = 480};
     const auto rings = std::make_unique<SensorRings>();
     LinuxClock clock;
-    NoLog log;
+    NoSink log;
     CameraTask task(*port, setup, camera, *rings, clock, log);
     StoredImage image;
     constexpr int kMostTurns = 400;  // of 50 ms at most

@@ -40,6 +40,26 @@ TEST(Process, NamesEveryFaultOfAConfigurationAndFliesNothing) {
   }
 }
 
+TEST(Process, NamesWhatThisComputerCannotGive) {
+  const TemporaryFolder folder;
+  std::string text = content_of(kExample);
+  const auto change = [&text](const std::string& piece, const std::string& by) {
+    text.replace(text.find(piece), piece.size(), by);
+  };
+  change("core: 2", "core: 999");
+  change("core: 3", "core: 0");
+  const std::string odd = folder.write("odd.yaml", text).string();
+  const ProgramOutput warned = fsw("--dry-run " + odd);
+  EXPECT_EQ(warned.exit_status, 0) << "it would fly on any core: " << warned.text;
+  EXPECT_NE(warned.text.find(odd + ": key 'threads.tick.core': 999 is no core"), std::string::npos) << warned.text;
+  EXPECT_EQ(warned.text.find("threads.nav"), std::string::npos) << warned.text;
+  change("udpm://239.255.76.67:7667?ttl=0", "junk");
+  const std::string bad = folder.write("bad.yaml", text).string();
+  const ProgramOutput refused = fsw("--dry-run " + bad);
+  EXPECT_EQ(refused.exit_status, kBadInput);
+  EXPECT_NE(refused.text.find(bad + ": key 'lcm': 'junk' refused; expected"), std::string::npos) << refused.text;
+}
+
 TEST(Process, NamesEveryDeviceThatIsNotThereAndLeavesNoLog) {
   const TemporaryFolder folder;
   std::string text = content_of(kExample);

@@ -34,9 +34,10 @@ void fly(const std::string& name, VehicleInterfaces interfaces, const std::strin
   interfaces.camera_device = emulator::LoopbackCamera::kDevice;
   interfaces.image_period_ns = 100'000'000;
   EmulatedVehicle vehicle(interfaces, length_s + 4.0);
-  std::ofstream(name + ".yaml") << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), name + ".lcm",
-                                                        std::string("device: ") + emulator::LoopbackCamera::kDevice,
-                                                        range_section(range));
+  std::ofstream(name + ".yaml") << flight_configuration(
+      vehicle.imu_device(), vehicle.image_rate_hz(), name + ".lcm",
+      std::string("device: ") + emulator::LoopbackCamera::kDevice,
+      "lcm: udpm://239.255.76.67:7667?ttl=0\n" + range_section(range));
   const auto start = std::chrono::steady_clock::now();
   const auto wait_until = [start](double t_s) {
     std::this_thread::sleep_until(start + std::chrono::duration<double>(t_s));

@@ -77,8 +77,8 @@ def arguments_to_set(name: str, value: str, rows: Sequence[Parameter]) -> tuple[
         number = float(value)
     except ValueError:
         number = math.nan
-    if not float(row.low) <= number <= float(row.high):
-        raise InputError(f"{name}: '{value}' refused; expected a number from {row.range}")
+    if not float(row.low) <= number <= float(row.high) or (row.whole and not number.is_integer()):
+        raise InputError(f"{name}: '{value}' refused; expected {row.range}")
     return (float(names.index(name)), float(parameter_table.checksum(names)), number, 0.0)
 
 

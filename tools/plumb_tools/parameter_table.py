@@ -15,7 +15,7 @@ from plumb_tools.trajectory import InputError
 PROGRAM = Path(__file__).resolve().parents[2] / "build/flight/bin/plumb-replay"
 NEVER = "never"
 
-_LINE = re.compile(r"(\S+) +(\S+) +\[(\S+), (\S+)\] (.+?), (at once|at the next start|never): (.+)")
+_LINE = re.compile(r"(\S+) +(\S+) +\[(\S+), (\S+)\] (.+?)(, whole)?, (at once|at the next start|never): (.+)")
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,14 @@ class Parameter:
     low: str
     high: str
     unit: str
+    whole: str | None  #: of one whose values are whole numbers, those that are 0 and 1 for no and yes included
     change: str  #: when a change in flight counts
     what: str
 
     @property
     def range(self) -> str:
-        """The smallest and the largest value with their unit."""
-        return f"{self.low} to {self.high}" + ("" if self.unit == "1" else f" {self.unit}")
+        """The kind of number, the smallest and the largest value, and their unit."""
+        return f"a {'whole ' if self.whole else ''}number from {self.low} to {self.high}" + ("" if self.unit == "1" else f" {self.unit}")
 
 
 def read(program: Path = PROGRAM) -> list[Parameter]:

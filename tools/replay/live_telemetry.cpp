@@ -18,15 +18,15 @@ std::unique_ptr<LcmSink> open_sink(const std::string& url) {
 
 LiveTelemetry::LiveTelemetry(const std::string& url) : sink_(open_sink(url)), publisher_(*sink_) {}
 
-void LiveTelemetry::on_predicted(const PredictedState& state) { publisher_.publish(channel::kNavOutput, state); }
+void LiveTelemetry::on_predicted(const PredictedState& state) { publisher_.publish(state); }
 
 void LiveTelemetry::on_image(const ImageRecord& record) {
-  publisher_.publish(channel::kNavState, record.nav);
-  publisher_.publish(channel::kTiming, timing_record(record));
+  publisher_.publish(record.nav);
+  publisher_.publish(timing_record(record));
 }
 
-void LiveTelemetry::on_event(const Event& event) { publisher_.publish(channel::kEvents, event); }
+void LiveTelemetry::on_event(const Event& event) { publisher_.publish(event); }
 
-void LiveTelemetry::on_health(const HealthRecord& record) { publisher_.publish(channel::kNavHealth, record); }
+void LiveTelemetry::on_health(const HealthRecord& record) { publisher_.publish(record); }
 
 }  // namespace plumb::replay

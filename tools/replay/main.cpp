@@ -68,8 +68,8 @@ void list_parameters() {
     const std::string name(row.name);
     const std::string unit(row.unit);
     const std::string description(row.description);
-    std::printf("%-30s %-10g [%g, %g] %s, %s: %s\n", name.c_str(), row.default_value, row.min, row.max, unit.c_str(),
-                words_of(row.change), description.c_str());
+    std::printf("%-30s %-10g [%g, %g] %s%s, %s: %s\n", name.c_str(), row.default_value, row.min, row.max, unit.c_str(),
+                row.kind == ParamKind::kReal ? "" : ", whole", words_of(row.change), description.c_str());
   }
 }
 

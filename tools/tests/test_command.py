@@ -33,13 +33,14 @@ def test_a_url_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
 LINES = """\
 range.gate_sigma               2          [1.5, 100] 1, at once: Mahalanobis gate of a range
 range.max_range                40         [0.1, 10000] m, at once: longer ranges are invalid
+modes.max_resets               3          [1, 16] 1, whole, at once: resets that are a failure
 imu.gravity                    9.80665    [0.1, 30] m/s^2, never: local gravity
 """
 
 
 @pytest.fixture(name="program")
 def fixture_program(tmp_path: Path) -> Path:
-    """Something that lists three parameters."""
+    """Something that lists some parameters."""
     path = tmp_path / "plumb-replay"
     path.write_text(f"#!/bin/sh\ncat <<'END'\n{LINES}END\n")
     path.chmod(0o755)
@@ -50,7 +51,7 @@ def test_a_parameter_is_named_by_its_place_in_the_table(program: Path) -> None:
     rows = parameter_table.read(program)
     number, table, value, unused = command.arguments_to_set("range.max_range", "80", rows)
     assert (number, value, unused) == (1.0, 80.0, 0.0)
-    assert table == zlib.crc32(b"range.gate_sigma\0range.max_range\0imu.gravity\0")
+    assert table == zlib.crc32(b"range.gate_sigma\0range.max_range\0modes.max_resets\0imu.gravity\0")
 
 
 @pytest.mark.parametrize(
@@ -61,6 +62,7 @@ def test_a_parameter_is_named_by_its_place_in_the_table(program: Path) -> None:
         ("range.max_range", "0", ["range.max_range: '0' refused", "0.1 to 10000 m"]),
         ("range.max_range", "nan", ["'nan' refused", "0.1 to 10000 m"]),
         ("range.gate_sigma", "wide", ["'wide' refused", "1.5 to 100"]),
+        ("modes.max_resets", "2.5", ["modes.max_resets: '2.5' refused", "a whole number from 1 to 16"]),
         ("imu.gravity", "9.8", ["imu.gravity does not change in flight"]),
     ],
 )
@@ -83,6 +85,8 @@ def test_the_table_of_the_flight_software_is_read_whole() -> None:
     if not parameter_table.PROGRAM.is_file():
         pytest.skip("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
     rows = parameter_table.read()
+    assert "modes.max_resets" in {row.name for row in rows if row.whole}
+    assert "range.gate_sigma" in {row.name for row in rows if not row.whole}
     assert {row.change for row in rows} == {"at once", "at the next start", "never"}
     for row in rows:
         assert float(row.low) <= float(row.default) <= float(row.high)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,14 @@ def test_the_document_is_of_its_sources(capsys: pytest.CaptureFixture[str]) -> N
     code = main(["--check"])
     told = capsys.readouterr()
     assert code == 0, f"run tools/interface\n{told.out}{told.err}"
+
+
+@pytest.mark.usefixtures("_built")
+def test_what_is_sent_is_of_the_type_of_its_channel() -> None:
+    table = subprocess.run([document.PROGRAMS / "plumb-fsw", "--telemetry"], check=True, capture_output=True, text=True)
+    rows = [[cell.strip(" `") for cell in line.split("|")[1:3]] for line in table.stdout.splitlines()[2:]]
+    assert len(rows) > 0
+    assert [(channel, STRUCTS[name].channel) for channel, name in rows] == [(channel, channel) for channel, _ in rows]
 
 
 @pytest.mark.parametrize("name", sorted(STRUCTS))

@@ -35,6 +35,18 @@ def test_a_stale_environment_is_renewed_first(name: str, tmp_path: Path) -> None
     assert done.stderr == "set up\n"
 
 
+@pytest.mark.parametrize("name", ["endurance", "faults", "package", "target"])
+def test_what_builds_first_helps_without_building(name: str, tmp_path: Path) -> None:
+    (tmp_path / "tools").mkdir()
+    shutil.copy(TOOLS / name, tmp_path / "tools" / name)
+    for program in ("tools/setup", "bin/cmake"):
+        _program(tmp_path / program, "exit 70")
+    path = {"PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin"}
+    done = subprocess.run([tmp_path / "tools" / name, "--help"], env=path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"Usage: tools/{name} ")
+
+
 def test_a_long_set_up_shows_that_it_goes_on(tmp_path: Path) -> None:
     """With a stand-in for sleep whose ten seconds pass at once; nothing is told once the set-up has ended."""
     (tmp_path / "tools").mkdir()

@@ -18,6 +18,8 @@ import yaml
 
 import sim_scenes
 from arm64_programs import EMULATOR, HOST, ROOT, expect_same_results, skip_unless_built
+from plumb_tools.budget.__main__ import BUDGETS, read_budgets, verdict
+from plumb_tools.budget.figures import said_at_the_end
 from plumb_tools.message_types import types
 
 SENSORS = ("imu", "camera", "range")  #: as SensorId in fsw/modes/sensor_health.h counts them
@@ -65,7 +67,7 @@ def _configuration(flight: Path) -> dict[str, Any]:
             del content[key]
         sections[name] = {**content, **DEVICE[sensor]}
     sections["camera"]["readout_ms"] = float(np.mean(np.subtract(log.stamps_ns("CAMERA"), middles))) * 1e-6
-    return {"log": "hil.lcm", **sections}
+    return {"log": "hil.lcm", "lcm": "udpm://239.255.76.67:7667?ttl=0", **sections}
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +115,16 @@ def test_the_log_of_a_flight_there_replays_bit_by_bit(flown: Flown, tmp_path: Pa
         run = subprocess.run(command, check=True, capture_output=True, text=True)
         assert ", all equal" in run.stdout
         subprocess.run([ROOT / "tools/hashdiff", flown.out / log, again], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("said", ["flight.txt", "hil-flight.txt"])
+def test_memory_stacks_and_page_faults_of_a_flight_there_are_within_budget(flown: Flown, said: str) -> None:
+    """With telemetry and commands over LCM, and every sensor that the vehicle may have."""
+    figures = {figure.key: figure for figure in said_at_the_end((flown.out / said).read_text())}
+    threads = {f"thread.{name}" for name in ("imu", "tick", "camera", "range", "nav", "log", "command")}
+    assert figures.keys() == {"memory.flight", "faults.flight"} | threads
+    budgets = read_budgets(BUDGETS)
+    assert [told for key, figure in figures.items() if (told := verdict(figure, budgets[key]))] == []
 
 
 def _silences(log: Log) -> dict[str, tuple[int, int]]:

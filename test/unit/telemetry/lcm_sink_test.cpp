@@ -36,8 +36,8 @@ void expect_delivery(const std::string& url) {
 
   const NavStateRecord sent = test::sample_nav_state();
   Publisher publisher(*sink);
-  publisher.publish(channel::kNavState, sent);
-  publisher.publish(channel::kNavHealth, test::sample_health());  // nobody listens
+  publisher.publish(sent);
+  publisher.publish(test::sample_health());  // nobody listens
   constexpr int kTimeout_ms = 2000;
   ASSERT_GT(lcm_handle_timeout(sink->handle(), kTimeout_ms), 0);
   ASSERT_EQ(received.size(), 1U);
@@ -82,6 +82,12 @@ TEST(LcmSource, KnowsNoRouteOfWhatIsNoAddress) {
     EXPECT_FALSE(stays_on_host(url)) << url;
 }
 
+TEST(LcmSource, KnowsWhatLcmCanUseWhereThereIsARouteToIt) {
+  for (const char* url : {"memq://", "udpm://239.255.76.67:7667?ttl=0"}) EXPECT_TRUE(is_lcm_url(url)) << url;
+  for (const char* url : {"junk", "nonsense://x", "udpm://nowhere:7667", "udpm://127.0.0.1:7667"})
+    EXPECT_FALSE(is_lcm_url(url)) << url;
+}
+
 TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
   if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
   if (!replay::heap_calls_counted()) GTEST_SKIP() << "the sanitizers bring their own allocator";
@@ -90,9 +96,9 @@ TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
   ASSERT_NE(sink, nullptr) << error;
   Publisher publisher(*sink);
   const NavStateRecord record = test::sample_nav_state();
-  publisher.publish(channel::kNavState, record);
+  publisher.publish(record);
   const std::uint64_t before = replay::heap_calls();
-  for (int i = 0; i < 100; ++i) publisher.publish(channel::kNavState, record);
+  for (int i = 0; i < 100; ++i) publisher.publish(record);
   EXPECT_EQ(replay::heap_calls(), before);
   EXPECT_EQ(publisher.lost(), 0U);
 }
@@ -111,7 +117,7 @@ class RefusingSink final : public TelemetrySink {
 TEST(Publisher, CountsWhatIsLost) {
   RefusingSink sink;
   Publisher publisher(sink);
-  publisher.publish(channel::kTiming, test::sample_timing());
+  publisher.publish(test::sample_timing());
   EXPECT_EQ(publisher.sent(), 0U);
   EXPECT_EQ(publisher.lost(), 1U);
 }

@@ -107,7 +107,8 @@ def _measure(arguments: argparse.Namespace, steps: Steps) -> list[Figure]:
         return figures
     figures += replayed(arguments.recording)
     if arguments.arm64:
-        pipeline.build(steps, logs, "plumb-instruction-budget", "arm64-flight")
+        for target in ("plumb-instruction-budget", "plumb-tick-budget"):
+            pipeline.build(steps, logs, target, "arm64-flight")
         with steps.step("count instructions"):
             figures += instructions(ROOT / "build" / "arm64-flight", arguments.recording, IMAGES)
     return figures

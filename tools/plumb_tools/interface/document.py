@@ -22,8 +22,8 @@ _HEAD = """\
 # Interfaces
 
 What Plumb says and takes, to the byte: made by `tools/interface` from the sources, so change those. Frames and units are
-those of [architecture](architecture.md#frames-and-names). Who sends what when stands in
-[the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
+those of [architecture](architecture.md#frames-and-names). Who sends what when stands [below](#rates) and, of devices, logs
+and replays, in [the flight process](executive.md) and [replay](replay.md), what an autopilot gets in [autopilots](autopilots.md), what
 devices say in [sensors](sensors.md).
 
 Messages are LCM's, on its network (`lcm:` of a configuration) and in its event logs. A message is the fingerprint of its
@@ -35,7 +35,7 @@ _PARAMETERS_HEAD = """\
 ## Parameters
 
 In `parameters:` of a configuration or the file of `plumb-replay --params`; those in force are on channel `PARAMS`. A
-value out of range is refused. Unit 1 is a plain number, or 0 and 1 for no and yes. *Changes* says when one counts that is
+value out of range is refused. Unit 1 is a plain number; *whole*: a fraction is refused, and from 0 to 1 it is no and yes. *Changes* says when one counts that is
 [set in flight](executive.md#parameters-in-flight), by its number and the table's CRC, `0x{crc:08x}`.
 """
 
@@ -120,6 +120,11 @@ def _output_of(program: str, *words: str) -> str:
         raise InputError(f"{path}: does not run: {error}; expected it built: {build}") from None
 
 
+def _rates() -> Iterator[str]:
+    yield "## Rates\n\nWhat `plumb-fsw` sends, and which job of the [schedule](#schedule) does.\n"
+    yield _output_of("plumb-fsw", "--telemetry")
+
+
 def _schedule() -> Iterator[str]:
     yield "## Schedule\n\nA tick is 4 ms; [executive](executive.md#schedule) tells what the columns mean.\n"
     yield _output_of("plumb-fsw", "--schedule")
@@ -136,7 +141,7 @@ def _parameters() -> Iterator[str]:
     yield _table(
         ("number", "parameter", "default", "from", "to", "unit", "changes", "what"),
         (
-            (number, f"`{row.name}`", row.default, row.low, row.high, row.unit, row.change, row.what)
+            (number, f"`{row.name}`", row.default, row.low, row.high, row.unit + (row.whole or ""), row.change, row.what)
             for number, row in enumerate(rows)
         ),
     )
@@ -144,5 +149,5 @@ def _parameters() -> Iterator[str]:
 
 def text() -> str:
     """The whole document; InputError where a source cannot be read."""
-    parts = [_HEAD, *_messages(), *_events(), *_schedule(), *_modes(), *_parameters()]
+    parts = [_HEAD, *_messages(), *_rates(), *_events(), *_schedule(), *_modes(), *_parameters()]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)

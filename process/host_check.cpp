@@ -1,0 +1,23 @@
+#include "process/host_check.h"
+
+#include "hal/linux/lcm_source.h"
+#include "hal/linux/realtime_thread.h"
+
+namespace plumb {
+
+void check_host(const FlightSetup& setup, const std::string& file, std::vector<std::string>& faults,
+                std::vector<std::string>& warnings) {
+  if (!setup.lcm_url.empty() && !is_lcm_url(setup.lcm_url)) {
+    faults.push_back(file + ": key 'lcm': '" + setup.lcm_url +
+                     "' refused; expected a URL that LCM knows, such as udpm://239.255.76.67:7667?ttl=0");
+  }
+  for (std::size_t i = 0; i < setup.threads.size(); ++i) {
+    const int core = setup.threads[i].core;
+    if (core < 0 || may_run_on(core)) continue;
+    warnings.push_back(file + ": key 'threads." + kFlightThreadNames[i] + ".core': " + std::to_string(core) +
+                       " is no core that this process may run on; expected one of this computer, 0 to " +
+                       std::to_string(cores_of_host() - 1) + ", or -1; it would fly on any");
+  }
+}
+
+}  // namespace plumb
