@@ -91,10 +91,21 @@ std::optional<double> YamlFile::optional_number(const std::string& key) const {
   return to_number(*node, key);
 }
 
-std::string YamlFile::text(const std::string& key) const {
+std::string YamlFile::word(const std::string& key) const {
   const YAML::Node node = require(key);
   if (!node.IsScalar()) fail(key, "expected one word");
   return node.Scalar();
+}
+
+std::string YamlFile::text(const std::string& key) const {
+  const std::string found = word(key);
+  if (found.empty()) fail(key, "expected one word, found none");
+  return found;
+}
+
+std::string YamlFile::text_or(const std::string& key, const std::string& value) const {
+  const std::string found = has(key) ? word(key) : std::string();
+  return found.empty() ? value : found;
 }
 
 std::vector<double> YamlFile::numbers(const std::string& key, std::size_t count) const {

@@ -27,8 +27,10 @@ class YamlFile {
   bool has(const std::string& key) const { return find(key).has_value(); }
   double number(const std::string& key) const;
   std::optional<double> optional_number(const std::string& key) const;
+  /// Not empty.
   std::string text(const std::string& key) const;
-  std::string text_or(const std::string& key, const std::string& value) const { return has(key) ? text(key) : value; }
+  /// The empty one is as good as no key.
+  std::string text_or(const std::string& key, const std::string& value) const;
   /// A list of `count` finite numbers; any length when count is 0. `key` may be a path with dots ("T_BS.data").
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   /// A list of `rows` lists of `columns` finite numbers, one after the other.
@@ -47,6 +49,7 @@ class YamlFile {
   void expect_plain_keys(const YAML::Node& node, int depth) const;
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node require(const std::string& key) const;
+  std::string word(const std::string& key) const;
   double to_number(const YAML::Node& node, const std::string& key) const;
 
   std::filesystem::path file_;

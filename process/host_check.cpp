@@ -1,5 +1,9 @@
 #include "process/host_check.h"
 
+#include <unistd.h>
+
+#include <filesystem>
+
 #include "hal/linux/lcm_source.h"
 #include "hal/linux/realtime_thread.h"
 
@@ -18,6 +22,14 @@ void check_host(const FlightSetup& setup, const std::string& file, std::vector<s
                        " is no core that this process may run on; expected one of this computer, 0 to " +
                        std::to_string(cores_of_host() - 1) + ", or -1; it would fly on any");
   }
+}
+
+void check_log_folder(const FlightSetup& setup, std::vector<std::string>& faults) {
+  if (setup.log.empty()) return;
+  const std::filesystem::path folder = std::filesystem::absolute(setup.log).parent_path();
+  if (std::filesystem::is_directory(folder) && ::access(folder.c_str(), W_OK) == 0) return;
+  faults.push_back("log: '" + setup.log + "' cannot be made; expected a folder " + folder.string() +
+                   " that can be written to");
 }
 
 }  // namespace plumb

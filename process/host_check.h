@@ -13,4 +13,7 @@ namespace plumb {
 void check_host(const FlightSetup& setup, const std::string& file, std::vector<std::string>& faults,
                 std::vector<std::string>& warnings);
 
+/// Whether a log could be made, without making one: a flight that starts finds out by itself.
+void check_log_folder(const FlightSetup& setup, std::vector<std::string>& faults);
+
 }  // namespace plumb

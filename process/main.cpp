@@ -131,11 +131,12 @@ int run(const Arguments& arguments) {
   std::vector<std::string> faults;
   std::vector<std::string> warnings;
   FlightSetup setup = read_flight_config(arguments.config, faults);
-  check_host(setup, arguments.config, faults, warnings);
-  if (!faults.empty()) return refuse(faults, kExitBadInput);
   if (!arguments.log.empty()) setup.log = arguments.log;
+  check_host(setup, arguments.config, faults, warnings);
+  if (arguments.dry_run) check_log_folder(setup, faults);
+  for (const std::string& warning : warnings) tell("warning: " + warning);
+  if (!faults.empty()) return refuse(faults, kExitBadInput);
   if (arguments.dry_run) {
-    for (const std::string& warning : warnings) tell("warning: " + warning);
     std::printf("%s can be flown\n", arguments.config.c_str());
     return 0;
   }

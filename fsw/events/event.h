@@ -1,5 +1,6 @@
 #pragma once
-// What happened, as a record of numbers. Texts are in docs/executive.md and in tools, not in flight.
+// What happened, as a record of numbers. No text is sent or logged: docs/executive.md and the tools have what an id
+// means, device_faults.h what a device counts.
 
 #include <array>
 #include <cstdint>

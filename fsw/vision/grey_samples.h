@@ -2,8 +2,9 @@
 // Grey levels between the pixels of an image, many at once and as integers: what PatchFlow computes with.
 //
 // Samples are 16-bit integers: interpolated grey levels in 1/64, their differences and the gradients in 1/8 grey level
-// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31.
-// Additions saturate, on every machine alike, where gradients change by more than half of the grey levels at a pixel.
+// (a gradient is the difference over two pixels). The sum of 21 * 21 products of the latter two stays below 2^31; also
+// when a gradient has lost what it has in common with light, which makes the sum of its squares no larger. Additions
+// saturate, on every machine alike, where gradients change by more than half of the grey levels at a pixel.
 
 #include <cmath>
 #include <cstddef>
@@ -40,22 +41,23 @@ struct GreyPlace {
 
 /// Precondition: the pixel is in the image or its margin.
 inline GreyPlace place_at(const ImageView& image, double u_px, double v_px) {
-  const double column = std::floor(u_px);
-  const double row = std::floor(v_px);
-  constexpr double kOne = 1 << kWeightBits;
+  constexpr std::int32_t kOne = 1 << kWeightBits;
+  const auto u = static_cast<std::int32_t>(std::floor(u_px * kOne));
+  const auto v = static_cast<std::int32_t>(std::floor(v_px * kOne));
   GreyPlace place;
   place.stride = image.stride;
-  place.column = static_cast<std::int32_t>(column);
-  place.row = static_cast<std::int32_t>(row);
+  place.column = u >> kWeightBits;
+  place.row = v >> kWeightBits;
   place.pixels = image.pixels + place.row * place.stride + place.column;
-  place.right = cv::vx_setall_s16(static_cast<std::int16_t>((u_px - column) * kOne));
-  place.down = cv::vx_setall_s16(static_cast<std::int16_t>((v_px - row) * kOne));
+  place.right = cv::vx_setall_s16(static_cast<std::int16_t>(u & (kOne - 1)));
+  place.down = cv::vx_setall_s16(static_cast<std::int16_t>(v & (kOne - 1)));
   return place;
 }
 
-// What 64-bit ARM does in one instruction and the universal intrinsics do in up to six. All are exact on either path.
+// What 64-bit ARM does in one instruction and the universal intrinsics do in up to six. All give the same bits on
+// either path.
 #if CV_NEON
-/// a * weight / 2^kWeightBits, rounded down. Precondition: a below 2^14.
+/// a * weight / 2^kWeightBits, rounded down. Precondition: |a| below 2^14.
 inline GreySamples weighted(const GreySamples& a, const GreySamples& weight) {
   return GreySamples(vqdmulhq_s16(a.val, weight.val));
 }

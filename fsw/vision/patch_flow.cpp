@@ -27,7 +27,7 @@ bool is_narrow(std::int32_t side) { return side + 2 <= kNarrow; }
 /// Whether a patch with this upper left corner has a pixel of the image, beyond which there is only the margin. False
 /// when a coordinate is not a number.
 bool touches(const ImageView& image, std::int32_t side, double u_px, double v_px) {
-  return u_px >= -side && v_px >= -side && u_px < image.width && v_px < image.height;
+  return u_px > -side && v_px > -side && u_px < image.width && v_px < image.height;
 }
 
 /// Sums of the difference of the images times the gradients of the patch.

@@ -43,7 +43,7 @@ struct TrackerOptions {
 
   static constexpr std::int32_t kMinBorder_px = 4;  ///< FAST reads a circle of radius 3
   static constexpr std::int32_t kMaxPyramidLevels = 6;
-  static constexpr std::int32_t kMaxWindow_px = 21;  ///< so that sums over a patch fit in 32 bits, see patch_flow.cpp
+  static constexpr std::int32_t kMaxWindow_px = 21;  ///< so that sums over a patch fit in 32 bits, see grey_samples.h
 
   /// kInvalidValue when a setting is out of its range, or the image too small for border, tiles or patch.
   static Status check(const TrackerOptions& options, const CameraCalibration& calibration, std::size_t max_tracks);

@@ -58,6 +58,9 @@ TEST(Process, NamesWhatThisComputerCannotGive) {
   const ProgramOutput refused = fsw("--dry-run " + bad);
   EXPECT_EQ(refused.exit_status, kBadInput);
   EXPECT_NE(refused.text.find(bad + ": key 'lcm': 'junk' refused; expected"), std::string::npos) << refused.text;
+  const ProgramOutput nowhere = fsw("--dry-run --log /nonexistent/flight.lcm " + odd);
+  EXPECT_EQ(nowhere.exit_status, kBadInput);
+  EXPECT_NE(nowhere.text.find("expected a folder /nonexistent"), std::string::npos) << nowhere.text;
 }
 
 TEST(Process, NamesEveryDeviceThatIsNotThereAndLeavesNoLog) {
