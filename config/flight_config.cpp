@@ -40,10 +40,11 @@ class Reader {
       if (const auto threads = section("threads")) read_threads(*threads);
     }
     // Keys of the camera and of the IMU are asked for in company, those of a range finder by its kind.
-    const bool all_asked[] = {imu && camera, imu && camera, setup_.range.kind != RangeDevice::kNone};
-    for (std::size_t i = 0; const auto* part : {&imu, &camera, &range}) {
-      if (*part && all_asked[i++]) refuse_unknown(**part);
+    if (imu && camera) {
+      refuse_unknown(*imu);
+      refuse_unknown(*camera);
     }
+    if (range && setup_.range.kind != RangeDevice::kNone) refuse_unknown(*range);
     refuse_unknown(file_);
     if (faults_.empty() && is_calibrated_) check_whole();
     return setup_;

@@ -126,6 +126,12 @@ TEST(FlightConfig, RefusesANodeIdThatCannotBeItsOwn) {
 TEST(FlightConfig, RefusesWhatNobodyKnows) {
   EXPECT_TRUE(names(faults_of(with("rate_hz: 20", "rate: 20")), "camera.rate"));
   EXPECT_TRUE(names(faults_of(with("lcm:", "lmc:")), "'lmc'"));
+  // Of a section that stands beside one that cannot be read, too, and of none whose keys nobody came to ask for.
+  std::string text = with("imu:\n", "ium:\n");
+  text.replace(text.find("own_node_id: 21"), 15, "own_id: 21");
+  const std::vector<std::string> faults = faults_of(text);
+  EXPECT_TRUE(names(faults, "'range.own_id' is not known"));
+  EXPECT_FALSE(names(faults, "'camera.")) << "whose keys are right";
 }
 
 TEST(FlightConfig, TakesCommandsOfThisHostAloneUnlessItIsToldOtherwise) {
