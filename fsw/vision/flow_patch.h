@@ -119,12 +119,8 @@ template <std::size_t Columns>
 void FlowPatch<Columns>::sample(std::int32_t side, const GreyPlace& place, WideBlock& wide) {
   const std::uint8_t* corner = place.pixels - place.stride - 1;
   for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-    GreySamples upper = across(corner + c, place.right);
-    for (std::int32_t r = 0; r < side + 2; ++r) {
-      const GreySamples lower = across(corner + (r + 1) * place.stride + c, place.right);
-      cv::v_store(&wide[r][c], between(upper, lower, place.down));
-      upper = lower;
-    }
+    for_each_row(place, corner + c, side + 2,
+                 [&wide, c](std::int32_t r, const GreySamples& seen) { cv::v_store(&wide[r][c], seen); });
   }
 }
 

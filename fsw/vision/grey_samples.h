@@ -89,6 +89,17 @@ inline GreySamples between(const GreySamples& upper, const GreySamples& lower, c
 inline GreySamples across(const std::uint8_t* pixels, const GreySamples& right) {
   return between(grey_at(pixels), grey_at(pixels + 1), right);
 }
+/// Calls take(r, samples) for each of `rows` rows of the place, of which the first begins at the pixel `first`. What
+/// `take` reads alone it had better hold by value: it is then not read again for every row.
+template <class Take>
+inline void for_each_row(const GreyPlace& place, const std::uint8_t* first, std::int32_t rows, Take take) {
+  GreySamples upper = across(first, place.right);
+  for (std::int32_t r = 0; r < rows; ++r) {
+    const GreySamples lower = across(first + (r + 1) * place.stride, place.right);
+    take(r, between(upper, lower, place.down));
+    upper = lower;
+  }
+}
 /// Of three neighbours, with the weights (3 10 3)/16.
 inline GreySamples scharr(const GreySamples& before, const GreySamples& at, const GreySamples& after) {
   return at + three_sixteenths((before - at) + (after - at));

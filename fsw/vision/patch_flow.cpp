@@ -41,15 +41,11 @@ Slope slope_at(const GreyPlace& place, std::int32_t side, const FlowPatch<Column
   GreySums u = cv::vx_setzero_s32();
   GreySums v = cv::vx_setzero_s32();
   for (std::size_t c = 0; c < Columns; c += kGreyLanes) {
-    GreySamples upper = across(place.pixels + c, place.right);
-    for (std::int32_t r = 0; r < side; ++r) {
-      const GreySamples lower = across(place.pixels + (r + 1) * place.stride + c, place.right);
-      const GreySamples seen = between(upper, lower, place.down);
+    for_each_row(place, place.pixels + c, side, [&](std::int32_t r, const GreySamples& seen) {
       const GreySamples difference = coarse(seen - cv::vx_load(&patch.value[r][c]));
       u = cv::v_dotprod_fast(difference, cv::vx_load(&patch.gradient_u[r][c]), u);
       v = cv::v_dotprod_fast(difference, cv::vx_load(&patch.gradient_v[r][c]), v);
-      upper = lower;
-    }
+    });
   }
   return {cv::v_reduce_sum(u), cv::v_reduce_sum(v)};
 }
@@ -83,12 +79,10 @@ class PatchPair {
   void take(const GreyPlace& place, std::size_t column, Block& block) const {
     const GreySamples middle = cv::vx_setall_s16(128 << kGreyBits);
     const GreySamples inside = cv::vx_load(&inside_[column]);
-    GreySamples upper = across(place.pixels + column, place.right);
-    for (std::int32_t r = 0; r < side_; ++r) {
-      const GreySamples lower = across(place.pixels + (r + 1) * place.stride + column, place.right);
-      cv::v_store(&block[r][column], (between(upper, lower, place.down) - middle) & inside);
-      upper = lower;
-    }
+    for_each_row(place, place.pixels + column, side_,
+                 [&block, column, middle, inside](std::int32_t r, const GreySamples& seen) {
+                   cv::v_store(&block[r][column], (seen - middle) & inside);
+                 });
   }
   /// What makes the second patch most like the first.
   struct Light {
