@@ -7,10 +7,10 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <utility>
 
 #include "fsw/estimator/covariance.h"
 #include "fsw/math/kernels.h"
+#include "test/support/dense.h"
 #include "test/support/property.h"
 
 namespace plumb {
@@ -118,13 +118,11 @@ struct Plain {
 
 Matrix random(Eigen::Index rows, Eigen::Index cols) {
   test::Generator g(test::base_seed());
-  Matrix out(rows, cols);
-  for (double& value : out.reshaped()) value = g.normal(1.0);
-  return out;
+  return test::any_matrix(g, static_cast<std::size_t>(rows), static_cast<std::size_t>(cols));
 }
 Matrix random_covariance(Eigen::Index size) {
-  const Matrix root = random(size, size);
-  return root * root.transpose() + static_cast<double>(size) * Matrix::Identity(size, size);
+  test::Generator g(test::base_seed());
+  return test::any_covariance(g, static_cast<std::size_t>(size));
 }
 
 /// Propagation of the covariance by one IMU sample.

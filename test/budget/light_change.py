@@ -7,7 +7,6 @@ The images of the recording are made darker or brighter in turn, as clouds, shad
 """
 
 import argparse
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -16,8 +15,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 from plumb_tools.report.headline import headline_of
-from plumb_tools.report.run import read_run
 from plumb_tools.trajectory import read_truth
+from tracker_comparison import fly
 
 ROOT = Path(__file__).parents[2]
 Light = Callable[[int], tuple[float, float]]
@@ -47,16 +46,6 @@ def in_light(recording: Path, light: Light, out: Path) -> Path:
     return out
 
 
-def fly(replay: Path, recording: Path, truth: Path, out: Path, parameters: str) -> tuple[float, int]:
-    """ATE [m] of a flight, and how often the filter was reset."""
-    file = recording / "parameters.yaml"
-    file.write_text(parameters, encoding="utf-8")
-    command = [str(replay), "--asl", str(recording), "--out", str(out), "--params", str(file)]
-    subprocess.run(command, check=True, capture_output=True)
-    headline, _ = headline_of(read_truth(truth), read_run(out, replay.name))
-    return headline.ate_m, headline.resets
-
-
 def main() -> int:
     """Flies the recording in every light and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -64,6 +53,7 @@ def main() -> int:
     parser.add_argument("--build", type=Path, default=ROOT / "build/flight", help="default: %(default)s")
     arguments = parser.parse_args()
     replay = arguments.build / "bin/plumb-replay"
+    truth = read_truth(arguments.recording)
     print("| light | ATE [mm] (resets) | with tracker.light_change=0 |\n|---|---:|---:|")
     for name, light in LIGHTS.items():
         with tempfile.TemporaryDirectory() as folder:
@@ -71,8 +61,8 @@ def main() -> int:
             cells = []
             for light_change in (1, 0):
                 parameters = f"tracker:\n  light_change: {light_change}\n"
-                error_m, resets = fly(replay, copy, arguments.recording, Path(folder) / "out", parameters)
-                cells.append(f"{1e3 * error_m:.1f} ({resets})")
+                headline, _ = headline_of(truth, fly(replay, copy, Path(folder) / "out", parameters))
+                cells.append(f"{1e3 * headline.ate_m:.1f} ({headline.resets})")
         print(f"| {name} | {' | '.join(cells)} |", flush=True)
     return 0
 

@@ -28,13 +28,11 @@ OTHER_DISTANCES_PX = (15, 17, 14, 18, 13, 19)  # shipped is 16
 WHOLE = ("front end", "filter", "whole image")
 
 
-def fly(program: Path, recording: Path, out: Path, min_distance_px: int | None = None) -> Run:
-    """One replay."""
-    command = [str(program), "--asl", str(recording), "--out", str(out)]
-    if min_distance_px is not None:
-        parameters = out.with_suffix(".yaml")
-        parameters.write_text(f"tracker:\n  min_distance: {min_distance_px}\n", encoding="utf-8")
-        command += ["--params", str(parameters)]
+def fly(program: Path, recording: Path, out: Path, parameters: str = "") -> Run:
+    """One replay, with parameters as YAML."""
+    file = out.with_suffix(".yaml")
+    file.write_text(parameters or "{}", encoding="utf-8")
+    command = [str(program), "--asl", str(recording), "--out", str(out), "--params", str(file)]
     subprocess.run(command, check=True, capture_output=True, text=True)
     return read_run(out, program.name)
 
@@ -76,7 +74,7 @@ def compare(recording: Path, programs: Path, rounds: int, draws: int) -> tuple[l
         kept = {name: tracks(run) for name, run in runs.items()}
         for name, program in PROGRAMS.items():
             others = (
-                fly(programs / program, recording, Path(folder) / "draw", distance_px)
+                fly(programs / program, recording, Path(folder) / "draw", f"tracker:\n  min_distance: {distance_px}\n")
                 for distance_px in OTHER_DISTANCES_PX[:draws]
             )
             errors_mm[name] += [1e3 * headline_of(truth, run)[0].ate_m for run in (runs[name], *others)]

@@ -8,12 +8,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from plumb_tools.report.headline import headline_of
+from plumb_tools.trajectory import read_truth
 
 ROOT = Path(__file__).resolve().parents[2]
 REPLAY = ROOT / "build" / "flight" / "bin" / "plumb-replay"
 
 sys.path.insert(0, str(ROOT / "test" / "budget"))
-from light_change import LIGHTS, fly, in_light  # noqa: E402
+from light_change import LIGHTS, in_light  # noqa: E402
+from tracker_comparison import fly  # noqa: E402
 
 MIN_COVERAGE = 0.98  # of the image span
 MAX_STANDSTILL_DRIFT_M = 0.02
@@ -41,6 +44,7 @@ def test_light_that_changes_at_once_costs_no_accuracy(euroc_mh01: Path, tmp_path
     if not REPLAY.is_file():
         pytest.skip("plumb-replay is not built: cmake --preset flight && cmake --build --preset flight")
     recording = in_light(euroc_mh01, LIGHTS["every other ten images at 0.6"], tmp_path / "recording")
-    ate_m, resets = fly(REPLAY, recording, euroc_mh01, tmp_path / "out", "tracker:\n  light_change: 1\n")
-    assert ate_m < 0.008
-    assert resets == 0
+    run = fly(REPLAY, recording, tmp_path / "out", "tracker:\n  light_change: 1\n")
+    headline, _ = headline_of(read_truth(euroc_mh01), run)
+    assert headline.ate_m < 0.008
+    assert headline.resets == 0
