@@ -51,6 +51,21 @@ void expect_latencies(const std::string& output) {
   EXPECT_LT(number_after(line, "longest "), 1e6 * flight_length_s()) << output;
 }
 
+/// Of all threads only the one that starts and ends the flight, and the one that receives over LCM, took from the heap.
+void expect_no_heap(const std::string& output) {
+  const std::string words = "heap calls of thread ";
+  std::vector<std::string> callers;
+  for (std::size_t at = output.find(words); at != std::string::npos; at = output.find(words, at + 1)) {
+    const std::size_t name = at + words.size();
+    callers.push_back(output.substr(name, output.find(':', name) - name));
+  }
+  ASSERT_FALSE(callers.empty()) << "starting a flight takes memory; nobody counted: " << output;
+  EXPECT_EQ(callers.front(), "plumb-fsw");
+  callers.erase(callers.begin());
+  std::erase(callers, "command");
+  EXPECT_EQ(callers, std::vector<std::string>{}) << output;
+}
+
 /// Both ways of flying the log again give a state for most images, the hashes of the flight, and logs without a
 /// difference.
 void expect_equal_replays(const fs::path& folder) {
@@ -102,7 +117,12 @@ LiveFlight fly(
   const fs::path config = folder / "flight.yaml";
   std::ofstream(config) << flight_configuration(vehicle.imu_device(), vehicle.image_rate_hz(), folder / "flight.lcm",
                                                 "socket: " + (folder / "camera").string(), more);
-  FlightProgram program({"nice", "-n", std::to_string(niceness), PLUMB_FSW, config.string()}, folder / "output");
+  std::vector<std::string> words{"nice", "-n", std::to_string(niceness)};
+#ifdef PLUMB_HEAP_TRAP
+  words.insert(words.end(), {"env", "LD_PRELOAD=" PLUMB_HEAP_TRAP});
+#endif
+  words.insert(words.end(), {PLUMB_FSW, config.string()});
+  FlightProgram program(words, folder / "output");
   const std::chrono::duration<double> half(0.5 * length_s);
   std::this_thread::sleep_for(half);
   halfway(vehicle);
@@ -110,6 +130,9 @@ LiveFlight fly(
   const int exit_code = program.stop();
   const std::string output = program.output();
   std::printf("%s", output.c_str());  // how punctual it was: docs/executive.md has the figures of longer flights
+#ifdef PLUMB_HEAP_TRAP
+  expect_no_heap(output);
+#endif
   return {.output = output, .exit_code = exit_code};
 }
 

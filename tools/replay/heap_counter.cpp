@@ -1,8 +1,5 @@
 #include "tools/replay/heap_counter.h"
 
-#include <cerrno>
-#include <cstddef>
-
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 #define PLUMB_COUNT_HEAP 1
 #else
@@ -11,43 +8,13 @@
 
 namespace {
 thread_local std::uint64_t t_heap_calls = 0;
-}
+#if PLUMB_COUNT_HEAP
+void count_heap_call() { ++t_heap_calls; }
+#endif
+}  // namespace
 
 #if PLUMB_COUNT_HEAP
-// glibc's own entry points, there for exactly this purpose. operator new arrives here through malloc, and free needs no
-// replacement: both sides stay glibc's.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* block, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  ++t_heap_calls;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++t_heap_calls;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* block, std::size_t size) {
-  ++t_heap_calls;
-  return __libc_realloc(block, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  ++t_heap_calls;
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++t_heap_calls;
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
-  ++t_heap_calls;
-  *block = __libc_memalign(alignment, size);
-  return *block == nullptr ? ENOMEM : 0;
-}
-}
+#include "tools/replay/heap_entry_points.inl"
 #endif
 
 namespace plumb::replay {

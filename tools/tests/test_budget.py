@@ -33,6 +33,9 @@ def test_memory_and_every_thread_of_a_flight_have_a_budget() -> None:
         "memory at most 24.5 MiB\n"
         "thread imu     stack used 8168 of 262144 bytes, page faults 0\n"
         "thread nav     stack used 999999 of 9 bytes, page faults 33\n"
+        "heap calls of thread plumb-fsw: 3952\n"
+        "heap calls of thread nav: 5\n"
+        "heap calls of thread command: 7\n"
     )
     figures = list(said_at_the_end(said))
     assert [(figure.key, figure.value) for figure in figures] == [
@@ -40,8 +43,9 @@ def test_memory_and_every_thread_of_a_flight_have_a_budget() -> None:
         ("thread.imu", 8168.0),
         ("thread.nav", 999999.0),
         ("faults.flight", 33.0),
+        ("heap.flight", 5.0),
     ]
-    assert _wrong(figures) == dict.fromkeys(("memory.flight", "thread.nav", "faults.flight"), "over budget")
+    assert _wrong(figures) == dict.fromkeys(("memory.flight", "thread.nav", "faults.flight", "heap.flight"), "over budget")
 
 
 def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> None:

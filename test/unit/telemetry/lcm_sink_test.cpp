@@ -88,7 +88,7 @@ TEST(LcmSource, KnowsWhatLcmCanUseWhereThereIsARouteToIt) {
     EXPECT_FALSE(is_lcm_url(url)) << url;
 }
 
-TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
+TEST(LcmUdp, NeedsNoHeapOnceItIsOpen) {
   if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
   if (!replay::heap_calls_counted()) GTEST_SKIP() << "the sanitizers bring their own allocator";
   std::string error;
@@ -96,7 +96,6 @@ TEST(LcmUdp, NeedsNoHeapOnceItRuns) {
   ASSERT_NE(sink, nullptr) << error;
   Publisher publisher(*sink);
   const NavStateRecord record = test::sample_nav_state();
-  publisher.publish(record);
   const std::uint64_t before = replay::heap_calls();
   for (int i = 0; i < 100; ++i) publisher.publish(record);
   EXPECT_EQ(replay::heap_calls(), before);

@@ -20,6 +20,9 @@ FLIGHT_FOLDERS = ("fsw", "drivers")
 #: Folders whose libraries the process is made of.
 LINKED_FOLDERS = (*FLIGHT_FOLDERS, "hal", "config", "process")
 
+#: Threads of plumb-fsw that may take from the heap: the one that starts and ends a flight, and that of LCM's receiver.
+HEAP_USERS = (PROCESS, "command")
+
 #: The shell that prepares a live flight, and which it is.
 FLIGHTS = (
     ("unit/telemetry/in_namespace.sh", "NetworkLiveFlight.*"),
@@ -80,6 +83,9 @@ def said_at_the_end(text: str) -> Iterator[Figure]:
     for name, used, _ in threads:
         yield Figure(f"thread.{name}", f"thread {name}: stack used", float(used))
     yield Figure("faults.flight", "page faults of all threads of plumb-fsw", float(sum(int(row[2]) for row in threads)))
+    callers = re.findall(r"^heap calls of thread (\S+): (\d+)$", text, re.MULTILINE)
+    calls = sum(int(count) for name, count in callers if name not in HEAP_USERS)
+    yield Figure("heap.flight", "heap calls of the threads that fly, from their beginning to their end", float(calls))
 
 
 def flown(build: Path) -> list[Figure]:
