@@ -52,7 +52,7 @@ std::array<std::uint64_t, kStim300Faults.size()> ImuTask::faults() const {
   return {line.checksum_errors, line.skipped_bytes, unit.duplicates, unit.unconfigured, unit.starting,
           unit.faulty,          unit.stuck,         unit.overloads,  unit.unaligned,    unit.out_of_order,
           unit.conditions,      unit.missing,       unit.slips,      unit.restarts,     device_.protocol().clock().corrections(),
-          rings_.imu.overflows()};
+          rings_.imu.overflows(), port_.reopens()};
 }
 
 void LidarLiteTask::run_once() {

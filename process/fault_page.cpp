@@ -19,7 +19,8 @@ std::string rows(FaultyDevice device, std::span<const FaultText> texts) {
 std::string fault_page() {
   return "| device | counter | name | what it counts |\n|---|---|---|---|\n" +
          rows(FaultyDevice::kStim300, kStim300Faults) + rows(FaultyDevice::kCamera, kCameraFaults) +
-         rows(FaultyDevice::kLidarLite, kLidarLiteFaults) + rows(FaultyDevice::kCanRange, kCanRangeFaults);
+         rows(FaultyDevice::kLidarLite, kLidarLiteFaults) + rows(FaultyDevice::kCanRange, kCanRangeFaults) +
+         rows(FaultyDevice::kLog, kLogFaults);
 }
 
 std::string fault_line(FaultyDevice device, std::span<const FaultText> texts, std::span<const std::uint64_t> counts) {

@@ -73,13 +73,17 @@ struct FlightProcess::Parts {
 
   /// The log's thread: it may wait for the disk, nobody waits for it.
   struct LogTask {
-    LogWriter* writer;
-    LinuxClock* clock;
+    LogWriter& writer;
+    Clock& clock;
+    DeviceFaultReport<kLogFaults.size()> report{FaultyDevice::kLog, sensor_rings().log_faults};
     void run_once() {
       constexpr Duration kPeriod = Duration::from_ms(10);
-      writer->drain(clock->now());
-      clock->wait_until(clock->now() + kPeriod);
+      const Time now = clock.now();
+      writer.drain(now);
+      report.look(now, faults());
+      clock.wait_until(clock.now() + kPeriod);
     }
+    std::array<std::uint64_t, kLogFaults.size()> faults() const { return {writer.dropped(), writer.refused()}; }
   };
 
   static constexpr std::size_t kStackBytes = std::size_t{128} << 10;
@@ -102,7 +106,7 @@ struct FlightProcess::Parts {
   ThreadLog tick_log{"tick", LogSizes::kTick};
   ThreadLog nav_log{"nav", LogSizes::kNav};
   std::optional<LogWriter> writer;
-  LogTask log_task{};
+  std::optional<LogTask> log_task;
 
   std::unique_ptr<SerialPort> imu_port;
   std::unique_ptr<CameraPort> camera_port;
@@ -195,7 +199,7 @@ void FlightProcess::Parts::put_together() {
                 kImageHeaderBytes + FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight);
   LogSink& file = log_file == nullptr ? static_cast<LogSink&>(no_sink) : *log_file;
   writer.emplace(file, std::vector{&imu_log.log, &range_log.log, &camera_log.log, &nav_log.log}, tick_log.log);
-  log_task = {.writer = &*writer, .clock = &clock(FlightThread::kLog)};
+  log_task.emplace(*writer, clock(FlightThread::kLog));
   SensorRings& rings = sensor_rings();
   NavLink& link = nav_link();
   Clock& tick_clock = clock(FlightThread::kTick);
@@ -244,7 +248,7 @@ bool FlightProcess::start(std::vector<std::string>& warnings) {
                        " leads to a network (ip route add 224.0.0.0/4 dev lo keeps it here; commands: network takes " +
                        "those of other hosts too)");
   }
-  bool started = p.start(FlightThread::kLog, p.log_loop, p.log_task, warnings) &&
+  bool started = p.start(FlightThread::kLog, p.log_loop, *p.log_task, warnings) &&
                  p.start(FlightThread::kNav, p.nav_loop, *p.nav, warnings) &&
                  p.start(FlightThread::kTick, p.tick_loop, *p.tick, warnings) &&
                  p.start(FlightThread::kCamera, p.camera_loop, *p.camera, warnings);
@@ -279,6 +283,8 @@ void FlightProcess::watch_with(Supervisor& supervisor) const {
   for (const FlightThread thread : {FlightThread::kImu, FlightThread::kCamera, FlightThread::kTick, FlightThread::kNav})
     supervisor.watch(thread);
   if (p.lidar_lite || p.can_range) supervisor.watch(FlightThread::kRange);
+  supervisor.look_after(FlightThread::kLog);
+  if (p.command) supervisor.look_after(FlightThread::kCommand);
 }
 
 const ProgressBoard& FlightProcess::progress() const { return parts_->progress; }
@@ -308,7 +314,7 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
   summary.results_late = gate.results_late;
   summary.nav_missed = gate.nav_missed;
   summary.logged = writer->written();
-  summary.not_logged = writer->dropped();
+  summary.not_logged = writer->dropped() + writer->refused();
   char line[160];
   for (std::size_t job = 0; job < kFlightSchedule.size(); ++job) {
     const JobAccount& account = tick->account(static_cast<FlightJob>(job));
@@ -345,6 +351,7 @@ void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
   summary.lines.push_back(fault_line(FaultyDevice::kCamera, kCameraFaults, camera->faults()));
   if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, kLidarLiteFaults, lidar_lite->faults()));
   if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, kCanRangeFaults, can_range->faults()));
+  summary.lines.push_back(fault_line(FaultyDevice::kLog, kLogFaults, log_task->faults()));
 }
 
 }  // namespace plumb

@@ -41,8 +41,8 @@ class FlightProcess {
   bool self_test(Duration timeout, const std::function<bool()>& stopped, std::vector<std::string>& lines);
   /// Every thread's count of turns.
   const ProgressBoard& progress() const;
-  /// Puts the threads that fly under watch; after start(). Those of log and commands may wait for what is not of the
-  /// flight.
+  /// Puts the threads under watch; after start(). Those of log and commands may wait for what is not of the flight: of
+  /// them it is only told.
   void watch_with(Supervisor& supervisor) const;
   /// Ends every thread, the log's last, and closes the log.
   FlightSummary stop();

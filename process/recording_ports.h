@@ -28,6 +28,7 @@ class RecordingSerialPort final : public SerialPort {
 
   Status write(std::span<const std::uint8_t> bytes, Duration timeout) override { return port_.write(bytes, timeout); }
   int last_error() const override { return port_.last_error(); }
+  std::uint64_t reopens() const override { return port_.reopens(); }
 
  private:
   void record(Time t, std::span<const std::uint8_t> bytes) {

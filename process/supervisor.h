@@ -37,16 +37,19 @@ class Supervisor {
   Supervisor(const ProgressBoard& board, ServiceManager& manager) : board_(board), manager_(manager) {}
 
   /// From here on the watchdog is stroked only while this thread gets round.
-  void watch(FlightThread thread);
+  void watch(FlightThread thread) { watched_.push_back({thread, board_.turns(thread), true}); }
+  /// From here on it is told when this thread does not get round, and no more than that.
+  void look_after(FlightThread thread) { watched_.push_back({thread, board_.turns(thread), false}); }
   /// How long to wait from look to look: three are within the watchdog's time.
   Duration period() const;
-  /// Strokes the watchdog if every thread that is watched has moved since the last look. Those that have not.
+  /// Strokes the watchdog if every thread that is watched has moved since the last look. All that have not.
   std::vector<std::string> look();
 
  private:
   struct Watched {
     FlightThread thread;
     std::uint64_t turns;
+    bool must_move;
   };
   const ProgressBoard& board_;
   ServiceManager& manager_;

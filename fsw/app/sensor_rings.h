@@ -1,6 +1,6 @@
 #pragma once
 // What the threads that receive and the tick task share: one ring per device for its samples and one for its faults,
-// one for commands, a store of images whose slots go round, and the mode.
+// the log's among them, one for commands, a store of images whose slots go round, and the mode.
 
 #include <array>
 #include <atomic>
@@ -47,6 +47,7 @@ struct SensorRings {
   DeviceFaultRing imu_faults;
   DeviceFaultRing camera_faults;
   DeviceFaultRing range_faults;
+  DeviceFaultRing log_faults;
   SpscRing<StoredImage, kImageSlots> images;  ///< camera to tick
   SpscRing<std::uint8_t, kImageSlots> empty;  ///< tick to camera
   std::array<std::array<std::uint8_t, FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight>, kImageSlots>

@@ -99,7 +99,7 @@ void TickTask::tell_of_gate() {
 
 void TickTask::tell_of_devices() {
   DeviceFault fault;
-  for (DeviceFaultRing* ring : {&rings_.imu_faults, &rings_.camera_faults, &rings_.range_faults}) {
+  for (DeviceFaultRing* ring : {&rings_.imu_faults, &rings_.camera_faults, &rings_.range_faults, &rings_.log_faults}) {
     for (std::size_t i = 0; i < DeviceFaultRing::capacity() && ring->pop(fault); ++i) {
       tell({.id = EventId::kDeviceFaults,
             .t = gate_.frame().t,

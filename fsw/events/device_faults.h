@@ -1,6 +1,6 @@
 #pragma once
-// What the drivers count as wrong, device by device, and how their threads report it to the tick, which tells it as
-// EventId::kDeviceFaults.
+// What the drivers count as wrong, device by device, and what the log lost; and how their threads report it to the
+// tick, which tells it as EventId::kDeviceFaults.
 
 #include <array>
 #include <cstddef>
@@ -13,9 +13,9 @@
 namespace plumb {
 
 /// Numbers stay for good, as those of the counters below: a log is read by software of another year.
-enum class FaultyDevice : std::uint8_t { kStim300 = 0, kCamera, kLidarLite, kCanRange };
-inline constexpr std::array<std::string_view, 4> kFaultyDeviceNames{"STIM300", "camera", "LIDAR-Lite",
-                                                                    "CAN range finder"};
+enum class FaultyDevice : std::uint8_t { kStim300 = 0, kCamera, kLidarLite, kCanRange, kLog };
+inline constexpr std::array<std::string_view, 5> kFaultyDeviceNames{"STIM300", "camera", "LIDAR-Lite",
+                                                                    "CAN range finder", "log"};
 
 /// A counter's name, and what it counts.
 struct FaultText {
@@ -23,7 +23,7 @@ struct FaultText {
   std::string_view meaning;
 };
 
-inline constexpr std::array<FaultText, 16> kStim300Faults{{
+inline constexpr std::array<FaultText, 17> kStim300Faults{{
     {"checksum_errors", "datagrams that began where they should and failed"},
     {"skipped_bytes", "bytes that belonged to no datagram"},
     {"duplicates", "datagrams whose counter did not move"},
@@ -40,6 +40,7 @@ inline constexpr std::array<FaultText, 16> kStim300Faults{{
     {"restarts", "the unit was switched on or reset"},
     {"clock_corrections", "stamps of the host and counter of the unit did not go together"},
     {"overflows", "samples for which the ring to the tick had no room"},
+    {"reopened", "returns of the serial line after it was gone"},
 }};
 
 inline constexpr std::array<FaultText, 10> kCameraFaults{{
@@ -83,6 +84,11 @@ inline constexpr std::array<FaultText, 15> kCanRangeFaults{{
     {"stamps_mended", "stamps that no frame can have"},
     {"status_not_sent", "statuses of Plumb's own that the bus did not take"},
     {"overflows", "ranges for which the ring to the tick had no room"},
+}};
+
+inline constexpr std::array<FaultText, 2> kLogFaults{{
+    {"no_room", "records that the queue of their thread had no room for"},
+    {"not_written", "records that the file did not take; the first of them ends it"},
 }};
 
 /// A counter that rose.

@@ -29,6 +29,8 @@ class SerialPort {
   virtual Status write(std::span<const std::uint8_t> bytes, Duration timeout) = 0;
   /// The system's error number (errno) of the last call that failed; 0 when none has.
   virtual int last_error() const = 0;
+  /// How often the line was there again after it had gone.
+  virtual std::uint64_t reopens() const = 0;
 };
 
 }  // namespace plumb

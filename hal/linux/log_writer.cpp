@@ -37,7 +37,7 @@ void LogWriter::write(const char* channel, Time t, std::span<const std::uint8_t>
 }
 
 std::uint64_t LogWriter::dropped() const {
-  std::uint64_t dropped = refused_;
+  std::uint64_t dropped = 0;
   for (const Queue& queue : queues_) dropped += queue.log->ring().dropped();
   return dropped;
 }

@@ -23,8 +23,9 @@ class LogWriter {
   void drain(Time now);
 
   std::uint64_t written() const { return written_; }
-  /// Records that did not get into the file: their queue was full, or the file could not be written.
+  /// Records that their queue had no room for.
   std::uint64_t dropped() const;
+  /// Records that the file did not take.
   std::uint64_t refused() const { return refused_; }
 
  private:

@@ -34,11 +34,10 @@ class LinuxSerialPort final : public SerialPort {
   Result<SerialChunk> read(std::span<std::uint8_t> buffer, Duration timeout) override;
   Status write(std::span<const std::uint8_t> bytes, Duration timeout) override;
   int last_error() const override { return last_error_; }
+  std::uint64_t reopens() const override { return reopens_; }
 
   /// Whether the driver hands bytes over as they come. Without it a USB adapter may hold them for 16 ms.
   bool low_latency() const { return low_latency_; }
-  /// How often the line was there again after it had gone.
-  std::uint32_t reopens() const { return reopens_; }
 
  private:
   LinuxSerialPort(std::string device, const SerialOptions& options) : device_(std::move(device)), options_(options) {}
@@ -53,7 +52,7 @@ class LinuxSerialPort final : public SerialPort {
   SerialOptions options_;
   int file_ = -1;  ///< -1: the line is gone
   Time next_reopen_;
-  std::uint32_t reopens_ = 0;
+  std::uint64_t reopens_ = 0;
   int last_error_ = 0;
   bool low_latency_ = false;
 };

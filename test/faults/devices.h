@@ -75,6 +75,7 @@ class SimulatedImu final : public SerialPort {
   Result<SerialChunk> read(std::span<std::uint8_t> buffer, Duration timeout) override;
   Status write(std::span<const std::uint8_t> bytes, Duration timeout) override;
   int last_error() const override;
+  std::uint64_t reopens() const override { return 0; }  // `faults.gone` is a line that fails and stays open
 
  private:
   void put(const emulator::Bytes& bytes);

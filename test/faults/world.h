@@ -70,7 +70,7 @@ class World {
   void forget_seen() { observer_.forget(); }
   const JobAccount& account(FlightJob job) const { return tick_.account(job); }
   const GateCounters& gate() const { return tick_.gate().counters(); }
-  std::uint64_t log_records_lost() const { return writer_.dropped(); }
+  std::uint64_t log_records_lost() const { return writer_.dropped() + writer_.refused(); }
   /// No slot was left for an image, or a ring was full.
   std::uint64_t inputs_lost() const;
 

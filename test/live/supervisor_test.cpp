@@ -44,8 +44,10 @@ TEST(Supervisor, StrokesOnlyWhileEveryThreadMoves) {
   Turning imu(board, FlightThread::kImu);
   Turning nav(board, FlightThread::kNav);
   Turning log(board, FlightThread::kLog);
+  Turning command(board, FlightThread::kCommand);
   supervisor.watch(FlightThread::kImu);
   supervisor.watch(FlightThread::kNav);
+  supervisor.look_after(FlightThread::kLog);
   const auto look = [&] {
     std::this_thread::sleep_for(milliseconds(200));
     return supervisor.look();
@@ -59,7 +61,10 @@ TEST(Supervisor, StrokesOnlyWhileEveryThreadMoves) {
   EXPECT_TRUE(systemd.take().empty()) << "a thread that stops moving stops the stroke";
   nav.hangs = false;
   log.hangs = true;
-  EXPECT_TRUE(look().empty());
+  command.hangs = true;
+  look();
+  systemd.take();
+  EXPECT_EQ(look(), std::vector<std::string>{"log"}) << "nobody looks after that of commands";
   EXPECT_EQ(systemd.take(), std::vector<std::string>{"WATCHDOG=1"});
 }
 
