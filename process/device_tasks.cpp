@@ -114,7 +114,8 @@ std::array<std::uint64_t, kCanRangeFaults.size()> CanRangeTask::faults() const {
           bus.overflows,
           bus.stamps_mended,
           status_not_sent_,
-          rings_.range.overflows()};
+          rings_.range.overflows(),
+          transfers.missing};
 }
 
 void CommandTask::run_once() {

@@ -145,7 +145,9 @@ Result<ReceivedMeasurement> MeasurementTransfers::finish(Node& node, Time t) {
     ++counters_.crc_errors;
     return Status::kNotReady;
   }
-  const bool again = node.complete_id == node.transfer_id && t - node.t_complete < kMaxTransfer;
+  const Duration since = t - node.t_complete;
+  const bool again = node.complete_id == node.transfer_id && since < kMaxTransfer;
+  if (!again && since < kMaxCounted) counters_.missing += (node.transfer_id - node.complete_id - 1U) & kTailTransferId;
   node.complete_id = node.transfer_id;
   node.t_complete = t;
   if (again) {

@@ -55,6 +55,7 @@ struct TransferCounters {
   std::uint32_t orphans = 0;          ///< frames of transfers whose first frame was not seen
   std::uint32_t abandoned = 0;        ///< transfers begun and never finished
   std::uint32_t duplicates = 0;       ///< transfers that had been received already
+  std::uint32_t missing = 0;          ///< transfers of which no sound one came, by the ids before and after
   std::uint32_t nodes_forgotten = 0;  ///< more nodes than there is room for
 };
 
@@ -72,6 +73,8 @@ class MeasurementTransfers {
   /// Frames of a transfer follow each other at once. The specification would wait 2 s, but by then a node at 25 Hz has
   /// used the same transfer id again, and halves of two transfers could meet.
   static constexpr Duration kMaxTransfer = Duration::from_ms(100);
+  /// After a longer silence nobody knows how many transfers it held: at 100 Hz the 32 ids have gone round.
+  static constexpr Duration kMaxCounted = Duration::from_ms(300);
 
   /// The message that this frame completes; kNotReady for any other frame, of other types too.
   Result<ReceivedMeasurement> on_frame(const ReceivedCanFrame& received);

@@ -19,6 +19,7 @@ void Capture::on_write(const Transfer& transfer) {
   if (transfer.bytes.empty()) return;
   pointer_ = transfer.bytes[0];
   if (transfer.bytes.size() < 2 || transfer.bytes[0] != kRegisterCommand) return;
+  if (measuring_) ++unread_;
   measuring_ = transfer.bytes[1] == table_->command_plain || transfer.bytes[1] == table_->command_bias;
   has_status_ = has_distance_ = has_strength_ = false;
   reading_ = {};

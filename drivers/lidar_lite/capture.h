@@ -36,6 +36,8 @@ class Capture {
   /// The measurement that this transfer completes; kNotReady for any other. One without its command, without the end of
   /// busy or without one of its registers is none. What was not acknowledged is passed over.
   Result<Measurement> decode(const Transfer& transfer);
+  /// Commands after which the next command came before a measurement.
+  std::uint32_t unread() const { return unread_; }
 
  private:
   void on_write(const Transfer& transfer);
@@ -53,6 +55,7 @@ class Capture {
   Time t_command_;
   Time t_ready_;
   Reading reading_;
+  std::uint32_t unread_ = 0;
 };
 
 }  // namespace plumb::lidar_lite

@@ -68,7 +68,7 @@ inline constexpr std::array<FaultText, 9> kLidarLiteFaults{{
     {"overflows", "ranges for which the ring to the tick had no room"},
 }};
 
-inline constexpr std::array<FaultText, 15> kCanRangeFaults{{
+inline constexpr std::array<FaultText, 16> kCanRangeFaults{{
     {"malformed", "frames of another size, ranges that are no positive number"},
     {"malformed_transfers", "DroneCAN frames that no measurement has"},
     {"crc_errors", "transfers with a wrong checksum"},
@@ -84,6 +84,7 @@ inline constexpr std::array<FaultText, 15> kCanRangeFaults{{
     {"stamps_mended", "stamps that no frame can have"},
     {"status_not_sent", "statuses of Plumb's own that the bus did not take"},
     {"overflows", "ranges for which the ring to the tick had no room"},
+    {"missing", "transfers of which no sound one came, by their ids"},
 }};
 
 inline constexpr std::array<FaultText, 2> kLogFaults{{

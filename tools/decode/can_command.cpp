@@ -87,9 +87,10 @@ bool CanCommand::run() {
   std::fprintf(stderr,
                "plumb-decode: %" PRIu32 " ranges, %" PRIu32 " without return, %" PRIu32 " weak; %" PRIu64
                " frames, %" PRIu32 " malformed, %" PRIu32 " of other sensors, %" PRIu32 " checksum errors, %" PRIu32
-               " transfers broken off, %" PRIu64 " other lines\n",
+               " transfers broken off, %" PRIu32 " missing, %" PRIu64 " other lines\n",
                counters.ranges, counters.no_returns, counters.weak, frames, counters.malformed, counters.other_sensors,
-               transfers.crc_errors, transfers.wrong_toggle + transfers.orphans + transfers.abandoned, other_lines);
+               transfers.crc_errors, transfers.wrong_toggle + transfers.orphans + transfers.abandoned,
+               transfers.missing, other_lines);
   return readings > 0;
 }
 

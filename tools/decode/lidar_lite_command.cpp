@@ -79,10 +79,11 @@ bool LidarLiteCommand::run() {
   std::fflush(stdout);  // the counts come last
   std::fprintf(stderr,
                "plumb-decode: %" PRIu64 " ranges, %" PRIu64 " without return, %" PRIu64 " weak, %" PRIu64
-               " not ready; %" PRIu64 " transfers, %" PRIu64 " not acknowledged, %" PRIu64 " other transfers, %" PRIu64
-               " lines that could not be read\n",
+               " not ready, %" PRIu32 " never read; %" PRIu64 " transfers, %" PRIu64 " not acknowledged, %" PRIu64
+               " other transfers, %" PRIu64 " lines that could not be read\n",
                measured[Verdict::kRange], measured[Verdict::kNoReturn], measured[Verdict::kWeak],
-               measured[Verdict::kNoReading], counters.transfers, refused, counters.others, counters.malformed_lines);
+               measured[Verdict::kNoReading], capture.unread(), counters.transfers, refused, counters.others,
+               counters.malformed_lines);
   return has_measured;
 }
 

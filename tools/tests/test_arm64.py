@@ -12,12 +12,13 @@ import sim_scenes
 from arm64_programs import ARM64, EMULATOR, HOST, expect_same_results, skip_unless_built
 
 REAL_IMAGES = 120
+FUSED_IMAGES = 40
 FLIGHTS = "PLUMB_EXACT_FLIGHTS"  # recordings in ASL layout, with a colon between them
 
 
 @pytest.fixture(autouse=True)
 def _built() -> None:
-    skip_unless_built("plumb-replay", "plumb-exact-kernels", "plumb-contracted-kernels")
+    skip_unless_built("plumb-replay", "plumb-exact-kernels", "plumb-contracted-kernels", "plumb-contracted-replay")
 
 
 def _first_images(recording: Path, to: Path, images: int) -> Path:
@@ -41,6 +42,19 @@ def _expect_same_bits(recording: Path, work: Path) -> None:
 
 def test_a_real_flight_gives_the_same_bits(euroc_mh01: Path, tmp_path: Path) -> None:
     _expect_same_bits(_first_images(euroc_mh01, tmp_path / "cut", REAL_IMAGES), tmp_path)
+
+
+def test_a_real_flight_gives_other_bits_when_the_compiler_may_fuse_multiplications(
+    euroc_mh01: Path, tmp_path: Path
+) -> None:
+    recording = _first_images(euroc_mh01, tmp_path / "cut", FUSED_IMAGES)
+    states = []
+    for name in ("plumb-replay", "plumb-contracted-replay"):
+        program = [*EMULATOR, str(ARM64 / name)]
+        subprocess.run([*program, "--asl", str(recording), "--out", str(tmp_path / name)], check=True, capture_output=True)
+        states.append((tmp_path / name / "states.csv").read_text().splitlines()[1:])
+    assert len(states[0]) == len(states[1]) > 0
+    assert not set(states[0]) & set(states[1])
 
 
 def test_a_simulated_flight_gives_the_same_bits(tmp_path: Path) -> None:

@@ -50,9 +50,11 @@ TEST_F(DecodeCan, PrintsRangesOfDronecanNodes) {
   EXPECT_NE(result.rows[1].find(",no_return"), std::string::npos);
   EXPECT_EQ(result.error,
             "plumb-decode: 1 ranges, 1 without return, 0 weak; 6 frames, 0 malformed, 0 of other sensors, 0 checksum "
-            "errors, 0 transfers broken off, 2 other lines\n");
+            "errors, 0 transfers broken off, 0 missing, 2 other lines\n");
   const Decoded one = decode("can --node 43 " + file());
   EXPECT_EQ(one.rows.size(), 1U);
+  add(measurement_frames({.node_id = 42}, 12.5, 1, 4));
+  EXPECT_NE(decode("can " + file()).error.find(" broken off, 3 missing, "), std::string::npos);
 }
 
 TEST_F(DecodeCan, PrintsRangesOfABenewake) {

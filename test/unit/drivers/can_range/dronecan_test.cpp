@@ -135,6 +135,28 @@ TEST(Dronecan, ATransferDoesNotTakeLong) {
   EXPECT_EQ(transfers.counters().abandoned, 1U);
 }
 
+// One id after the other, modulo 32, of each node for itself; not across a silence.
+TEST(Dronecan, MissingTransfersAreCountedByTheirIds) {
+  MeasurementTransfers transfers;
+  Time t = Time::from_ns(0);
+  const auto send = [&](unsigned node, unsigned id, Duration after) {
+    t = t + after;
+    for (const CanFrame& frame : test::measurement_frames({.node_id = node}, 3.0, 1, id)) {
+      static_cast<void>(transfers.on_frame({t, frame}));
+    }
+    return transfers.counters().missing;
+  };
+  const Duration period = Duration::from_ms(40);
+  EXPECT_EQ(send(42, 29, period), 0U) << "nobody knows what was before the first";
+  EXPECT_EQ(send(43, 7, period), 0U);
+  EXPECT_EQ(send(42, 30, period), 0U);
+  EXPECT_EQ(send(42, 30, period), 0U) << "the same once more";
+  EXPECT_EQ(send(43, 10, period), 2U);
+  EXPECT_EQ(send(42, 1, period), 4U) << "31 and 0";
+  EXPECT_EQ(send(42, 20, MeasurementTransfers::kMaxCounted), 4U);
+  EXPECT_EQ(transfers.counters().transfers, 6U);
+}
+
 TEST(Dronecan, MoreNodesThanThereIsRoomForTakeTurns) {
   MeasurementTransfers transfers;
   for (unsigned node = 1; node <= 10; ++node) {

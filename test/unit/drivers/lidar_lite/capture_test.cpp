@@ -52,6 +52,20 @@ TEST(LidarLiteCapture, OrderOfStrengthAndDistanceAndTheFlagOfAutoIncrementDoNotM
   EXPECT_EQ(measured->interpreted.distance_cm, 1234);
 }
 
+TEST(LidarLiteCapture, CountsTheCommandsWhoseMeasurementNobodyReads) {
+  Capture capture(Model::kV3);
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE(feed(capture, {write(0, {0x00, 0x04}), write(1, {0x01}), read(2, {0x20}), write(3, {0x8F}),
+                               read(4, {0x04, 0xD2}), write(5, {0x0E}), read(6, {0x78})})
+                    .has_value());
+  }
+  EXPECT_EQ(capture.unread(), 0U);
+  const Result<Measurement> none =
+      feed(capture, {write(7, {0x00, 0x04}), write(8, {0x01}), read(9, {0x21}), write(10, {0x00, 0x04})});
+  EXPECT_FALSE(none.has_value());
+  EXPECT_EQ(capture.unread(), 1U);
+}
+
 TEST(LidarLiteCapture, NothingWithoutItsParts) {
   for (int left_out = 0; left_out < 7; ++left_out) {
     Capture capture(Model::kV3);
