@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <cstring>
 #include <optional>
 
 #include "fsw/app/nav_task.h"
@@ -352,6 +353,14 @@ void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
   if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, kLidarLiteFaults, lidar_lite->faults()));
   if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, kCanRangeFaults, can_range->faults()));
   summary.lines.push_back(fault_line(FaultyDevice::kLog, kLogFaults, log_task->faults()));
+  if (log_file != nullptr && log_file->error() != 0) {
+    summary.lines.push_back("the log ends before the flight: " + std::string(std::strerror(log_file->error())));
+  }
+  for (const LcmSink* lcm : {tick_lcm.get(), nav_lcm.get()}) {
+    if (lcm == nullptr || lcm->lost() == 0) continue;
+    summary.lines.push_back("telemetry: " + std::to_string(lcm->lost()) + " messages lost, the last: " +
+                            std::strerror(lcm->last_error()));
+  }
 }
 
 }  // namespace plumb

@@ -44,11 +44,14 @@ Status LcmLogWriter::write(const char* channel, Time t, std::span<const std::uin
   event.datalen = static_cast<std::int32_t>(message.size());
   event.channel = const_cast<char*>(channel);
   event.data = const_cast<std::uint8_t*>(message.data());
-  return lcm_eventlog_write_event(log_, &event) == 0 ? Status::kOk : Status::kRejected;
+  return lcm_eventlog_write_event(log_, &event) == 0 ? Status::kOk : failed();
 }
 
-Status LcmLogWriter::flush() {
-  return std::fflush(log_->f) == 0 && std::ferror(log_->f) == 0 ? Status::kOk : Status::kRejected;
+Status LcmLogWriter::flush() { return std::fflush(log_->f) == 0 && std::ferror(log_->f) == 0 ? Status::kOk : failed(); }
+
+Status LcmLogWriter::failed() {
+  if (error_ == 0) error_ = errno;
+  return Status::kRejected;
 }
 
 std::unique_ptr<LcmLogReader> LcmLogReader::open(const std::string& file, std::string& error) {

@@ -2,6 +2,7 @@
 
 #include <lcm/lcm.h>
 
+#include <cerrno>
 #include <limits>
 
 namespace plumb {
@@ -29,7 +30,10 @@ LcmSink::~LcmSink() { lcm_destroy(lcm_); }
 Status LcmSink::publish(const char* channel, std::span<const std::uint8_t> message) {
   if (message.size() > std::numeric_limits<unsigned int>::max()) return Status::kInvalidValue;
   const int sent = lcm_publish(lcm_, channel, message.data(), static_cast<unsigned int>(message.size()));
-  return sent == 0 ? Status::kOk : Status::kRejected;
+  if (sent == 0) return Status::kOk;
+  last_error_ = errno;
+  ++lost_;
+  return Status::kRejected;
 }
 
 }  // namespace plumb

@@ -1,7 +1,8 @@
 #pragma once
-// Telemetry over LCM. Publishing from an encoded buffer calls the allocator only until the first messages are out (a
-// test counts the calls), so it is fit for flight threads.
+// Telemetry over LCM. Once it is open, publishing from an encoded buffer does not call the allocator (a test counts the
+// calls), so it is fit for flight threads.
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,10 @@ class LcmSink final : public TelemetrySink {
   LcmSink& operator=(const LcmSink&) = delete;
 
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
+  /// Messages that the transport refused.
+  std::uint64_t lost() const { return lost_; }
+  /// The system's error number (errno) of the last of them; 0 when there is none.
+  int last_error() const { return last_error_; }
 
   /// The connection, for a subscriber in the same process ("memq://").
   lcm_t* handle() { return lcm_; }
@@ -28,6 +33,8 @@ class LcmSink final : public TelemetrySink {
  private:
   explicit LcmSink(lcm_t* lcm) : lcm_(lcm) {}
   lcm_t* lcm_;
+  std::uint64_t lost_ = 0;
+  int last_error_ = 0;
 };
 
 }  // namespace plumb

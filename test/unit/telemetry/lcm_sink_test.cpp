@@ -102,6 +102,17 @@ TEST(LcmUdp, NeedsNoHeapOnceItIsOpen) {
   EXPECT_EQ(publisher.lost(), 0U);
 }
 
+TEST(LcmUdp, CountsWhatTheTransportRefuses) {
+  if (udp_url() == nullptr) GTEST_SKIP() << kNoNetwork;
+  std::string error;
+  const std::unique_ptr<LcmSink> sink = LcmSink::open(udp_url(), error);
+  ASSERT_NE(sink, nullptr) << error;
+  const std::string too_long(100, 'x');  // LCM's channels have 63 characters at most
+  EXPECT_EQ(sink->publish(too_long.c_str(), {}), Status::kRejected);
+  EXPECT_EQ(sink->publish("SHORT", {}), Status::kOk);
+  EXPECT_EQ(sink->lost(), 1U);
+}
+
 TEST(LcmSink, SaysWhyAUrlIsOfNoUse) {
   std::string error;
   EXPECT_EQ(LcmSink::open("nonsense://x", error), nullptr);
