@@ -6,6 +6,7 @@
 #include <map>
 
 #include "test/emulators/can_range/can_range_encoder.h"
+#include "test/faults/heap_meter.h"
 
 namespace plumb::faults {
 namespace {
@@ -193,5 +194,28 @@ Result<ReceivedCanFrame> SimulatedRange::receive(Duration) {
   arrived_.pop_front();
   return frame;
 }
+
+SimulatedLidarLite::SimulatedLidarLite(const test::PlaneFlight& flight) {
+  unit_.set_motion([&flight](std::int64_t t_ns) { return flight.height_m(seconds(t_ns)); });
+}
+
+void SimulatedLidarLite::run_until(std::int64_t t_ns, Time flight_time) {
+  t_ns_ = t_ns;
+  flight_time_ = flight_time;
+}
+
+Result<Time> SimulatedLidarLite::write(std::uint8_t address, std::span<const std::uint8_t> bytes) {
+  const TestScope scope;
+  if (unit_.write(address, bytes, t_ns_)) return flight_time_;
+  return Status::kRejected;
+}
+
+Result<Time> SimulatedLidarLite::read(std::uint8_t address, std::span<std::uint8_t> bytes) {
+  const TestScope scope;
+  if (unit_.read(address, bytes, t_ns_)) return flight_time_;
+  return Status::kRejected;
+}
+
+int SimulatedLidarLite::last_error() const { return ENXIO; }
 
 }  // namespace plumb::faults

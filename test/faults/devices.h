@@ -8,7 +8,9 @@
 
 #include "hal/include/camera_port.h"
 #include "hal/include/can_socket.h"
+#include "hal/include/i2c_bus.h"
 #include "hal/include/serial_port.h"
+#include "test/emulators/lidar_lite/lidar_lite_emulator.h"
 #include "test/emulators/stim300/stim300_emulator.h"
 #include "test/live/plane_flight.h"
 
@@ -168,6 +170,24 @@ class SimulatedRange final : public CanSocket {
   Transfer held_;
   bool holds_ = false;
   CanHealth health_;
+};
+
+/// The bus with a LIDAR-Lite v3 in place of the range finder on CAN. A transfer takes no time.
+class SimulatedLidarLite final : public I2cBus {
+ public:
+  explicit SimulatedLidarLite(const test::PlaneFlight& flight);
+
+  test::LidarLiteEmulator& unit() { return unit_; }
+  void run_until(std::int64_t t_ns, Time flight_time);
+
+  Result<Time> write(std::uint8_t address, std::span<const std::uint8_t> bytes) override;
+  Result<Time> read(std::uint8_t address, std::span<std::uint8_t> bytes) override;
+  int last_error() const override;
+
+ private:
+  test::LidarLiteEmulator unit_{test::LidarLiteEmulator::Kind::kV3};
+  std::int64_t t_ns_ = 0;
+  Time flight_time_;
 };
 
 }  // namespace plumb::faults

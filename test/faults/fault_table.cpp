@@ -33,6 +33,8 @@ const Words kVio = {"range-VIO", "VIO", "range-VIO"};
 constexpr double kRestart_s = 4.0;
 /// A sensor that is back is believed after a few samples, and looked at once a second.
 constexpr double kBack_s = 1.0;
+/// The pause before the next reset of a LIDAR-Lite that did not come back after several.
+constexpr double kLidarLiteBack_s = 0.8;
 
 // What an outage of another sensor does to the rate of those that hang on it, for a second or two.
 const Words kSidesOfRestart = {"IMU degraded",          "camera degraded",       "camera rejected", "camera ok",
@@ -235,6 +237,40 @@ void add_range_faults(std::vector<Fault>& rows) {
       rejected);
 }
 
+void add_lidar_lite_faults(std::vector<Fault>& rows) {
+  using UnitWorld = test::LidarLiteEmulator::World;
+  const auto row = [&rows](const char* name, const char* what, double until_s, auto set, const char* counted,
+                           const char* condition) {
+    constexpr double kFrom_s = 10;
+    rows.push_back({.name = name,
+                    .what = what,
+                    .from_s = kFrom_s,
+                    .until_s = until_s,
+                    .begin = [set](World& w) { set(w.lidar_lite().world); },
+                    .end = [](World& w) { w.lidar_lite().world = {}; },
+                    .expected = {.modes = kVio,
+                                 .events = {condition, "range finder ok"},
+                                 .also = {"range finder degraded"},
+                                 .counts = {},
+                                 .recovery_s = kBack_s + kLidarLiteBack_s},
+                    .range_finder = RangeFinder::kLidarLite});
+    if (counted != nullptr) rows.back().expected.counts = {std::string("LIDAR-Lite counts ") + counted};
+  };
+  const char* const silent = "range finder silent";
+  row(
+      "lidar-lite-dead", "the LIDAR-Lite acknowledges nothing for 3 s", 13, [](UnitWorld& u) { u.dead = true; },
+      "not_acknowledged", silent);
+  row(
+      "lidar-lite-busy", "an acquisition of the LIDAR-Lite does not end, for 3 s", 13,
+      [](UnitWorld& u) { u.stuck_busy = true; }, "busy_timeouts", silent);
+  row(
+      "lidar-lite-not-ready", "the LIDAR-Lite says for 3 s that its distances are not ready", 13,
+      [](UnitWorld& u) { u.not_ready = true; }, "not_ready", silent);
+  row(
+      "lidar-lite-weak", "the echoes of the LIDAR-Lite are too weak for 3 s", 13, [](UnitWorld& u) { u.strength = 10; },
+      nullptr, "range finder rejected");
+}
+
 void add_host_faults(std::vector<Fault>& rows) {
   const Words sides = {"camera silent",       "camera degraded",       "camera rejected", "camera ok",
                        "range finder silent", "range finder degraded", "range finder ok", "image skipped",
@@ -355,6 +391,7 @@ std::vector<Fault> flight_faults() {
   add_imu_faults(rows);
   add_camera_faults(rows);
   add_range_faults(rows);
+  add_lidar_lite_faults(rows);
   add_host_faults(rows);
   expect_counts(rows);
   return rows;

@@ -183,7 +183,7 @@ const SeenFlight& flight_without_fault(const std::filesystem::path& folder) {
 
 JudgedFlight fly_and_judge(const Fault& fault, const std::filesystem::path& folder) {
   const std::filesystem::path log = folder / (fault.name + ".lcm");
-  World world(log);
+  World world(log, fault.range_finder);
   std::vector<Action> actions;
   if (fault.begin) actions.push_back({.t_s = fault.from_s, .act = fault.begin});
   if (fault.end) actions.push_back({.t_s = fault.until_s, .act = fault.end});

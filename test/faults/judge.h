@@ -57,6 +57,7 @@ struct Fault {
   std::function<void(World&)> begin;
   std::function<void(World&)> end = nullptr;
   Expectation expected = {};
+  RangeFinder range_finder = RangeFinder::kCan;
 };
 
 /// One thing that was expected, and what was seen.

@@ -9,12 +9,13 @@
 namespace plumb::faults {
 namespace {
 
-FlightSetup plane_flight_setup() {
+FlightSetup plane_flight_setup(RangeFinder range_finder) {
+  const char* const device = range_finder == RangeFinder::kCan ? "can: vcan0" : "i2c: /dev/i2c-1\n  model: v3";
   std::vector<std::string> faults;
-  FlightSetup setup = read_flight_config("the fault matrix",
-                                         test::flight_configuration("/dev/null", 20.0, "/flight.lcm", "socket: /camera",
-                                                                    test::range_section("can: vcan0")),
-                                         faults);
+  FlightSetup setup = read_flight_config(
+      "the fault matrix",
+      test::flight_configuration("/dev/null", 20.0, "/flight.lcm", "socket: /camera", test::range_section(device)),
+      faults);
   if (!faults.empty()) throw std::runtime_error(faults.front());
   return setup;
 }
@@ -29,13 +30,14 @@ std::unique_ptr<LcmLogWriter> open_log(const std::filesystem::path& name, const 
 }  // namespace
 
 // Sizes of the queues as in the process.
-World::World(const std::filesystem::path& log)
+World::World(const std::filesystem::path& log, RangeFinder range_finder)
     : flight_(1e-9 * static_cast<double>(kStart_ns)),
       imu_(flight_, kStart_ns),
       camera_(kStart_ns),
       range_(flight_, kStart_ns),
+      lidar_lite_(flight_),
       observer_(flight_, 1e-9 * static_cast<double>(kStart_ns)),
-      setup_(plane_flight_setup()),
+      setup_(plane_flight_setup(range_finder)),
       clock_(*this, false),
       tick_clock_(*this, true),
       file_(open_log(log, setup_, flight_time())),
@@ -49,12 +51,17 @@ World::World(const std::filesystem::path& log)
       link_(std::make_unique<NavLink>()),
       imu_task_(imu_, setup_.imu.settings, *rings_, clock_, tick_clock_, imu_log_.log),
       camera_task_(camera_, setup_.camera, setup_.calibration.camera, *rings_, clock_, camera_log_.log),
-      range_task_(range_, setup_.range, *rings_, clock_, range_log_.log),
       tick_(setup_.parameters, *rings_, *link_, tick_clock_, nav_clock_, tick_log_.log, observer_),
       tracker_(std::make_unique<FlightTracker<FlightConfig>>(setup_.calibration.camera, setup_.parameters.tracker)),
       slow_tracker_(*this, *tracker_),
       nav_(std::make_unique<NavTask<FlightConfig>>(setup_.calibration, setup_.parameters, slow_tracker_, *rings_,
-                                                   *link_, nav_clock_, nav_log_.log, observer_)) {}
+                                                   *link_, nav_clock_, nav_log_.log, observer_)) {
+  if (range_finder == RangeFinder::kCan) {
+    can_range_task_.emplace(range_, setup_.range, *rings_, clock_, range_log_.log);
+  } else {
+    lidar_lite_task_.emplace(lidar_lite_, setup_.range.lidar_lite, *rings_, clock_, range_log_.log);
+  }
+}
 
 World::~World() = default;
 
@@ -109,6 +116,7 @@ void World::run_devices() {
   imu_.run_until(t_ns_, flight_time());
   camera_.run_until(t_ns_, flight_time());
   range_.run_until(t_ns_, flight_time());
+  lidar_lite_.run_until(t_ns_, flight_time());
   while (!host_.imu_thread_hangs && (imu_.has_bytes() || t_ns_ - t_imu_read_ns_ >= kReadTimeout_ns)) {
     t_imu_read_ns_ = t_ns_;
     {
@@ -121,9 +129,13 @@ void World::run_devices() {
     const FlightScope scope;
     camera_task_.run_once();
   }
-  while (range_.has_frame()) {
+  while (can_range_task_ && range_.has_frame()) {
     const FlightScope scope;
-    range_task_.run_once();
+    can_range_task_->run_once();
+  }
+  if (lidar_lite_task_) {  // whose driver finds nothing to do before its time
+    const FlightScope scope;
+    lidar_lite_task_->run_once();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "fsw/app/nav_task.h"
@@ -32,6 +33,9 @@ struct HostFaults {
 
 class World;
 
+/// Which range finder the vehicle has.
+enum class RangeFinder : std::uint8_t { kCan, kLidarLite };
+
 /// What is done to the world at a time since the flight began.
 struct Action {
   double t_s = 0.0;
@@ -41,7 +45,7 @@ struct Action {
 class World {
  public:
   /// The log goes to `log`.
-  explicit World(const std::filesystem::path& log);
+  explicit World(const std::filesystem::path& log, RangeFinder range_finder = RangeFinder::kCan);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -55,6 +59,7 @@ class World {
   SimulatedImu& imu() { return imu_; }
   CameraFaults& camera() { return camera_.faults; }
   RangeFaults& range() { return range_.faults; }
+  test::LidarLiteEmulator& lidar_lite() { return lidar_lite_.unit(); }
   HostFaults& host() { return host_; }
   std::int64_t now_ns() const { return t_ns_; }
   /// The flight clock goes ahead of the world by that much.
@@ -117,6 +122,7 @@ class World {
   SimulatedImu imu_;
   SimulatedCamera camera_;
   SimulatedRange range_;
+  SimulatedLidarLite lidar_lite_;
   Observer observer_;
 
   FlightSetup setup_;
@@ -134,7 +140,8 @@ class World {
   std::unique_ptr<NavLink> link_;
   ImuTask imu_task_;
   CameraTask camera_task_;
-  CanRangeTask range_task_;
+  std::optional<CanRangeTask> can_range_task_;    ///< either this
+  std::optional<LidarLiteTask> lidar_lite_task_;  ///< or this
   TickTask tick_;
   std::unique_ptr<FlightTracker<FlightConfig>> tracker_;
   SlowTracker slow_tracker_;
