@@ -36,7 +36,7 @@ struct TrackerOptions {
   // Rejection.
   double forward_backward_px = 0.7;  ///< tracking back must return this close
   double max_residual = 25.0;        ///< mean absolute grey-level difference of the patch
-  double min_similarity = 0.9;       ///< correlation with the feature's own patch below which a new one is taken
+  double min_similarity = 0.85;      ///< correlation with the feature's own patch below which a new one is taken
   double max_correction_px = 1.0;    ///< between the flow and the alignment with the patch, above which likewise
   double outlier_px = 0.4;           ///< distance to the epipolar line, at the mean focal length
   std::uint64_t ransac_seed = 0x9E3779B97F4A7C15ULL;
