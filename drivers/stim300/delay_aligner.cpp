@@ -12,16 +12,16 @@ DelayAligner::DelayAligner(Duration gyro_delay, Duration accel_delay)
   PLUMB_ASSERT(difference_ < kMaxDifference);
 }
 
-Result<ImuSample> DelayAligner::push(const ImuSample& reading) {
+Result<ImuSample> DelayAligner::push(const ImuSample& reading, Time t_unit) {
   if (count_ > 0) {
-    PLUMB_ASSERT(reading.t > back(0).t);
-    if (reading.t - back(0).t > kMaxGap) count_ = 0;
+    PLUMB_ASSERT(t_unit > back(0).t);
+    if (t_unit - back(0).t > kMaxGap) count_ = 0;
   }
-  readings_[next_] = {.t = reading.t, .value = gyro_is_faster_ ? reading.gyro_rad_s : reading.accel_m_s2};
+  readings_[next_] = {.t = t_unit, .value = gyro_is_faster_ ? reading.gyro_rad_s : reading.accel_m_s2};
   next_ = (next_ + 1) % kCapacity;
   count_ = std::min(count_ + 1, kCapacity);
 
-  const Result<Vector> faster = at(reading.t - difference_);
+  const Result<Vector> faster = at(t_unit - difference_);
   if (!faster) return faster.status();
   ImuSample sample = reading;
   sample.t = reading.t - delay_;

@@ -21,15 +21,16 @@ class DelayAligner {
   /// Nothing is interpolated over a longer gap between readings.
   static constexpr Duration kMaxGap = Duration::from_ms(20);
 
-  /// Takes the readings of one datagram, `reading.t` being the time of its sample. Returns them for one instant, with
-  /// the delay taken off its stamp; kNotReady while the faster sensor is not remembered far enough back. Precondition:
-  /// after the reading before.
-  Result<ImuSample> push(const ImuSample& reading);
+  /// Takes the readings of one datagram, `reading.t` being the time of its sample and `t_unit` that by the unit's own
+  /// count, from any zero: readings are joined by the latter, because stamps move with what the host learns of its
+  /// delays. Returns them for one instant, with the delay taken off its stamp; kNotReady while the faster sensor is not
+  /// remembered far enough back. Precondition: `t_unit` after that of the reading before.
+  Result<ImuSample> push(const ImuSample& reading, Time t_unit);
 
  private:
   using Vector = std::array<double, 3>;
   struct Reading {
-    Time t;
+    Time t;  ///< the unit's
     Vector value{};
   };
   static constexpr std::size_t kCapacity = 64;

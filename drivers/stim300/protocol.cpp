@@ -69,6 +69,7 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
     return Status::kRejected;
   }
   if (!tick.first) count_step(tick.elapsed);
+  t_unit_ = t_unit_ + (tick.first ? DelayAligner::kMaxGap * 2 : kInternalPeriod * tick.elapsed);
   if (!is_usable_datagram(datagram, tick.t)) return Status::kRejected;
   // The clock steps back when it learns that what it went by was late.
   if (tick.t <= t_last_reading_) {
@@ -79,7 +80,8 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
   const Result<ImuSample> sample =
       aligner_.push({.t = tick.t,
                      .gyro_rad_s = scaled(datagram[ClusterId::kGyro], gyro_scale_rad_s(actual_)),
-                     .accel_m_s2 = scaled(datagram[ClusterId::kAccel], accel_scale_m_s2(actual_))});
+                     .accel_m_s2 = scaled(datagram[ClusterId::kAccel], accel_scale_m_s2(actual_))},
+                    t_unit_);
   if (!sample) {
     ++counters_.unaligned;
     return sample;

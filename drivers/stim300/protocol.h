@@ -95,6 +95,7 @@ class Protocol {
   int overloads_ = 0;  ///< with less than kCalm between them
   Time t_overload_ = Time::never();
   Time t_last_reading_ = Time::never();
+  Time t_unit_ = Time::from_ns(0);  ///< by its counter, from any zero; more than a gap on where that began anew
   Time t_silent_ = Time::never();
   Counters counters_;
 };

@@ -8,20 +8,17 @@
 namespace plumb {
 
 std::unique_ptr<LcmSink> LcmSink::open(const std::string& url, std::string& error) {
-  // LCM makes its lock, from the heap, when the first message goes out: that is to be before the flight. LCM's
-  // receivers send the same message when they begin.
-  constexpr char kSelfTest[] = "lcm self test";
   lcm_t* lcm = lcm_create(url.c_str());
-  if (lcm != nullptr && lcm_publish(lcm, "LCM_SELF_TEST", kSelfTest, sizeof kSelfTest) != 0) {
-    lcm_destroy(lcm);
-    lcm = nullptr;
-  }
   if (lcm == nullptr) {
     error = "LCM cannot use '" + url +
             "'; expected a URL such as udpm://239.255.76.67:7667?ttl=0 and a network route " +
             "to its address (on a host without one: ip route add 224.0.0.0/4 dev lo)";
     return nullptr;
   }
+  // LCM makes its lock, from the heap, when the first message goes out: that is to be before the flight. LCM's
+  // receivers send the same message when they begin. Where nobody is there to take it yet, later messages may be taken.
+  constexpr char kSelfTest[] = "lcm self test";
+  static_cast<void>(lcm_publish(lcm, "LCM_SELF_TEST", kSelfTest, sizeof kSelfTest));
   return std::unique_ptr<LcmSink>(new LcmSink(lcm));
 }
 

@@ -13,7 +13,9 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "drivers/can_range/receiver.h"
 #include "drivers/lidar_lite/device.h"
@@ -40,26 +42,54 @@ using test::CanRangeEmulator;
 using test::CanRangeOnBus;
 using test::LidarLiteServed;
 
-// What the emulators are told, in seconds since they were switched on. All of it changes from one sample
-// to the next, so that a sample that is not the next one, or not of its device, is seen.
+// What the IMU is told, in seconds since it was switched on. All of it changes from one sample to the next, so that the
+// first axis tells the time of a sample, to 0.2 ms, and the others have to be of that time.
 constexpr std::array kRate_rad_s = {0.1, -0.2, 0.3};
 constexpr std::array kRateChange_rad_s2 = {0.01, -0.006, 0.004};
 constexpr std::array kForce_m_s2 = {0.5, -0.25, 9.75};
 constexpr std::array kForceChange_m_s3 = {0.03, 0.02, -0.01};
-// From 8 to 16 m, which takes longer than the flight, DroneCAN has steps of 7.8 mm, and a range comes every 40 ms.
-constexpr double kCanRange_m = 8.1;
-constexpr double kCanSpeed_m_s = 0.2;
+// Range finders are told anything, so that a range that is not the one of its time, or not of its device, is seen. From
+// 8 to 16 m DroneCAN has steps of 7.8 mm, and the LIDAR-Lite has them of a centimetre.
+constexpr double kNearest_m = 8.0;
+constexpr double kFarthest_m = 16.0;
 constexpr double kCanStep_m = 1.0 / 128.0;
-// The LIDAR-Lite has steps of a centimetre.
-constexpr double kLidarRange_m = 2.0;
-constexpr double kLidarSpeed_m_s = 0.5;
 constexpr double kLidarStep_m = 0.01;
 
 std::array<double, 3> line_at(const std::array<double, 3>& start, const std::array<double, 3>& change, double t_s) {
   return {start[0] + change[0] * t_s, start[1] + change[1] * t_s, start[2] + change[2] * t_s};
 }
-double can_range_m(double t_s) { return kCanRange_m + kCanSpeed_m_s * t_s; }
-double lidar_range_m(double t_s) { return kLidarRange_m + kLidarSpeed_m_s * t_s; }
+
+/// The ranges that a device was told, each from its time on.
+class Told {
+ public:
+  explicit Told(unsigned seed) : random_(seed) {}
+  double next(Time t) {
+    told_.push_back({t, std::uniform_real_distribution(kNearest_m, kFarthest_m)(random_)});
+    return told_.back().range_m;
+  }
+  /// Whether the range is the one of its time, to half a step, and not told before the last that was asked for.
+  bool has(const RangeSample& sample, double step_m, Duration slack) {
+    for (std::size_t i = last_; i < told_.size(); ++i) {
+      const bool over = i + 1 < told_.size() && told_[i + 1].t + slack < sample.t;
+      constexpr double kRounding = 1.001;
+      if (over || told_[i].t > sample.t + slack ||
+          std::abs(told_[i].range_m - sample.range_m) > 0.5 * kRounding * step_m)
+        continue;
+      last_ = i;
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Range {
+    Time t;
+    double range_m = 0.0;
+  };
+  std::mt19937 random_;
+  std::vector<Range> told_;
+  std::size_t last_ = 0;
+};
 
 struct Tally {
   explicit Tally(const char* device) : name(device) {}
@@ -81,8 +111,7 @@ class Flight {
           [this](double t_s) { return line_at(kForce_m_s2, kForceChange_m_s3, t_s - t_on_.seconds()); });
     });
     range_finder_.with_unit([this](CanRangeEmulator& unit) {
-      unit.set_motion(
-          [this](std::int64_t t_ns) { return std::optional(can_range_m(since_on_s(Time::from_ns(t_ns)))); });
+      unit.set_motion([this](std::int64_t t_ns) { return std::optional(can_told_.next(Time::from_ns(t_ns))); });
     });
     std::string error;
     serial_ = LinuxSerialPort::open(unit_.device(), {}, error);
@@ -106,8 +135,8 @@ class Flight {
     for (Time now = start; now - start < kLength; now = clock_now()) {
       while (step < steps_.size() && now - start >= steps_[step].at) steps_[step++].act();
       if (now >= t_tell) {
-        lidar_.set("range_m " + std::to_string(lidar_range_m(since_on_s(now))));
-        t_tell = now + Duration::from_ms(20);
+        lidar_.set("range_m " + std::to_string(lidar_told_.next(now)));
+        t_tell = now + Duration::from_ms(100);
       }
       poll_imu(imu, now);
       if (const Result<RangeSample> sample = lidar.poll(now)) on_lidar(*sample);
@@ -138,7 +167,7 @@ class Flight {
  private:
   static constexpr Duration kLength = Duration::from_ms(30'000);
   /// An emulated processor may be late by so much with what was measured.
-  static constexpr double kStampError_s = 0.2;
+  static constexpr Duration kStampError = Duration::from_ms(500);
   struct Step {
     Duration at;
     std::function<void()> act;
@@ -164,16 +193,16 @@ class Flight {
     // The least step of an increment in one of 250 datagrams a second, and half of it for the emulator's rounding.
     constexpr double kRateStep_rad_s = 250.0 / (1 << 21) * std::numbers::pi / 180.0;
     constexpr double kForceStep_m_s2 = 250.0 / (1 << 22);
-    const double t_s = since_on_s(sample.t);
-    const std::array<double, 3> rate_rad_s = line_at(kRate_rad_s, kRateChange_rad_s2, t_s);
-    const std::array<double, 3> force_m_s2 = line_at(kForce_m_s2, kForceChange_m_s3, t_s);
-    bool right = sample.gyro_rad_s[0] > imu_tally_.last_value;
+    constexpr double kSteps = 2.5;  // of the axis and of the one that tells the time, each rounded and joined
+    const double t_told_s = (sample.gyro_rad_s[0] - kRate_rad_s[0]) / kRateChange_rad_s2[0];
+    const std::array<double, 3> rate_rad_s = line_at(kRate_rad_s, kRateChange_rad_s2, t_told_s);
+    const std::array<double, 3> force_m_s2 = line_at(kForce_m_s2, kForceChange_m_s3, t_told_s);
+    bool right = sample.gyro_rad_s[0] > imu_tally_.last_value &&
+                 std::abs(t_told_s - since_on_s(sample.t)) < kStampError.seconds();
     imu_tally_.last_value = sample.gyro_rad_s[0];
     for (std::size_t i = 0; i < 3; ++i) {
-      const double rate_error = kStampError_s * std::abs(kRateChange_rad_s2[i]) + 1.5 * kRateStep_rad_s;
-      const double force_error = kStampError_s * std::abs(kForceChange_m_s3[i]) + 1.5 * kForceStep_m_s2;
-      right = right && std::abs(sample.gyro_rad_s[i] - rate_rad_s[i]) < rate_error &&
-              std::abs(sample.accel_m_s2[i] - force_m_s2[i]) < force_error;
+      right = right && std::abs(sample.gyro_rad_s[i] - rate_rad_s[i]) < kSteps * kRateStep_rad_s &&
+              std::abs(sample.accel_m_s2[i] - force_m_s2[i]) < kSteps * kForceStep_m_s2;
     }
     note(imu_tally_, sample.t, right);
     for (const double value : sample.gyro_rad_s) log_ << ',' << value;
@@ -181,17 +210,14 @@ class Flight {
     log_ << '\n';
   }
   void on_lidar(const RangeSample& sample) {
-    const double error_m = std::abs(sample.range_m - lidar_range_m(since_on_s(sample.t)));
-    on_range(lidar_tally_, sample,
-             error_m < kLidarStep_m + kLidarSpeed_m_s * kStampError_s && sample.range_m >= lidar_tally_.last_value);
+    on_range(lidar_tally_, sample, lidar_told_.has(sample, kLidarStep_m, kStampError));
   }
   void on_can(const RangeSample& sample) {
-    const double error_m = std::abs(sample.range_m - can_range_m(since_on_s(sample.t)));
-    on_range(can_tally_, sample,
-             error_m < kCanStep_m + kCanSpeed_m_s * kStampError_s && sample.range_m > can_tally_.last_value);
+    bool right = false;
+    range_finder_.with_unit([&](CanRangeEmulator&) { right = can_told_.has(sample, kCanStep_m, kStampError); });
+    on_range(can_tally_, sample, right);
   }
   void on_range(Tally& tally, const RangeSample& sample, bool right) {
-    tally.last_value = sample.range_m;
     note(tally, sample.t, sample.quality == RangeQuality::kValid && right);
     log_ << ',' << sample.range_m << '\n';
   }
@@ -207,6 +233,8 @@ class Flight {
   }
 
   const Time t_on_ = clock_now();
+  Told lidar_told_{21};
+  Told can_told_{22};  // by the thread of its unit
   Stim300OnPty unit_;
   LidarLiteServed lidar_{PLUMB_LIDAR_LITE_CUSE, "v3"};
   CanRangeOnBus range_finder_{"vcan0", CanRangeEmulator::Kind::kDronecan, 12};

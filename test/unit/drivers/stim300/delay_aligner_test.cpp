@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "test/support/property.h"
 
 namespace plumb::stim300 {
@@ -16,13 +18,14 @@ TEST(Stim300DelayAligner, JoinsLinearMotionExactly) {
     const double slope = g.uniform(-10.0, 10.0);
     DelayAligner aligner(gyro_delay, accel_delay);
     const Duration difference = std::max(gyro_delay, accel_delay) - std::min(gyro_delay, accel_delay);
+    const Duration unit_ahead = Duration::from_ms(g.integer(-1000, 1000));
     int samples = 0;
     for (std::int64_t i = 0; i < 100; ++i) {
       const Time t = Time::from_ns(0) + Duration::from_us(i * period_us);
       const double gyro = slope * (t - gyro_delay).seconds();
       const double accel = slope * (t - accel_delay).seconds();
       const Result<ImuSample> sample =
-          aligner.push({.t = t, .gyro_rad_s = {gyro, 0, -gyro}, .accel_m_s2 = {accel, 1, -accel}});
+          aligner.push({.t = t, .gyro_rad_s = {gyro, 0, -gyro}, .accel_m_s2 = {accel, 1, -accel}}, t + unit_ahead);
       ASSERT_EQ(sample.has_value(), Duration::from_us(i * period_us) >= difference) << i;
       if (!sample) continue;
       ++samples;
@@ -37,9 +40,31 @@ TEST(Stim300DelayAligner, JoinsLinearMotionExactly) {
   });
 }
 
+// A host that was away stamps late, and when it learns so its stamps come closer together: nothing of that is motion.
+TEST(Stim300DelayAligner, JoinsByTheUnitsTimeWhateverTheStamps) {
+  const Duration gyro_delay = Duration::from_us(2200);
+  const Duration accel_delay = Duration::from_us(6300);
+  constexpr double kSlope = 3.0;
+  DelayAligner aligner(gyro_delay, accel_delay);
+  for (std::int64_t i = 0; i < 100; ++i) {
+    const Time t_unit = Time::from_ns(0) + Duration::from_ms(4 * i);
+    const Duration late = Duration::from_us(i < 50 ? 50'000 : std::max<std::int64_t>(0, 50'000 - 3900 * (i - 49)));
+    const double gyro = kSlope * (t_unit - gyro_delay).seconds();
+    const double accel = kSlope * (t_unit - accel_delay).seconds();
+    const Result<ImuSample> sample =
+        aligner.push({.t = t_unit + late, .gyro_rad_s = {gyro, 0, 0}, .accel_m_s2 = {accel, 0, 0}}, t_unit);
+    if (!sample) continue;
+    ASSERT_NEAR(sample->gyro_rad_s[0], sample->accel_m_s2[0], 1e-12) << i;
+    ASSERT_EQ(sample->t, t_unit + late - accel_delay);
+  }
+}
+
 TEST(Stim300DelayAligner, DoesNotInterpolateOverAGap) {
   DelayAligner aligner(Duration::from_us(2200), Duration::from_us(6300));
-  const auto push = [&aligner](std::int64_t ms) { return aligner.push({.t = Time::from_ns(ms * 1'000'000)}).status(); };
+  const auto push = [&aligner](std::int64_t ms) {
+    const Time t = Time::from_ns(ms * 1'000'000);
+    return aligner.push({.t = t}, t).status();
+  };
   EXPECT_EQ(push(0), Status::kNotReady);
   EXPECT_EQ(push(4), Status::kNotReady);
   EXPECT_EQ(push(8), Status::kOk);
