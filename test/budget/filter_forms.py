@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The covariance form of the filter against its square-root form, in float64 and float32: what each costs.
 
-    test/budget/filter_forms.py [--build build/arm64-flight] [--images N] RECORDING
+    build/venv/bin/python test/budget/filter_forms.py [--build build/arm64-flight] [--images N] RECORDING
 
 Instructions of an image on 64-bit ARM, in millions, of all that the filter does to its covariance in each form, counted
 as by instruction_budget.py. Time on this machine, accuracy and definiteness are told by plumb-filter-forms.

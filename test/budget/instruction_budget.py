@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What an image costs on 64-bit ARM, in instructions, stage by stage.
 
-    test/budget/instruction_budget.py [--build build/arm64-flight] [--config flight] [--images N] [--csv FILE]
+    build/venv/bin/python test/budget/instruction_budget.py [--build build/arm64-flight] [--config flight] [--images N] [--csv FILE]
                                       [--functions MILLIONS] RECORDING
 
 Flies a recording with plumb-instruction-budget in qemu-user under the plugin instruction_trace.c. The counts are exact

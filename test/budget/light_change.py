@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A recording flown through light that changes at once: error with and without tracker.light_change.
 
-    test/budget/light_change.py [--build build/flight] RECORDING
+    build/venv/bin/python test/budget/light_change.py [--build build/flight] RECORDING
 
 The images of the recording are made darker or brighter in turn, as clouds, shadows and automatic exposure do.
 """

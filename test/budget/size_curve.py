@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What an image costs on 64-bit ARM, and what accuracy that buys, against the numbers of tracks, poses and features.
 
-    test/budget/size_curve.py [--images N] [--sizes 8x30,12x30] [--tracks 40,80] [--picture FILE] RECORDING...
+    build/venv/bin/python test/budget/size_curve.py [--images N] [--sizes 8x30,12x30] [--tracks 40,80] [--picture FILE] RECORDING...
 
 Builds the flight configuration with other numbers of poses and of features in the state (POSESxFEATURES), flies the one
 as shipped also with fewer tracks (tracker.max_features), and counts the instructions of each flight in the emulator

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the executive costs on 64-bit ARM, in instructions: a tick, and each job of the schedule.
 
-    test/budget/tick_budget.py [--build build/arm64-flight] [--images N] RECORDING
+    build/venv/bin/python test/budget/tick_budget.py [--build build/arm64-flight] [--images N] RECORDING
 
 Flies a recording with plumb-tick-budget in qemu-user under the plugin instruction_trace.c, a tick for each IMU sample.
 The counts are exact and the same in every run.

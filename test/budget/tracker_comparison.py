@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The kernels that fly against OpenCV's, on whole flights: time of every stage, tracks kept, heap calls and error.
 
-    test/budget/tracker_comparison.py [--rounds N] [--build build/flight] RECORDING...
+    build/venv/bin/python test/budget/tracker_comparison.py [--rounds N] [--build build/flight] RECORDING...
 
 Flies each recording with plumb-replay and with plumb-replay-opencv, which differ in the image kernels alone, in turn
 and as often as --rounds says. Of an image's times the shortest of the rounds counts: what else the machine does only
