@@ -100,6 +100,16 @@ function(plumb_flight_library name)
   set_property(GLOBAL APPEND PROPERTY PLUMB_FLIGHT_LIBRARIES ${name})
 endfunction()
 
+# The source files of folders of fsw, for a program that compiles them anew in its own way.
+function(plumb_flight_sources out)
+  foreach(folder IN LISTS ARGN)
+    get_target_property(sources plumb_${folder} SOURCES)
+    list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/fsw/${folder}/)
+    list(APPEND all ${sources})
+  endforeach()
+  set(${out} ${all} PARENT_SCOPE)
+endfunction()
+
 function(plumb_host_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})

@@ -348,11 +348,11 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
 }
 
 void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
-  summary.lines.push_back(fault_line(FaultyDevice::kStim300, kStim300Faults, imu->faults()));
-  summary.lines.push_back(fault_line(FaultyDevice::kCamera, kCameraFaults, camera->faults()));
-  if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, kLidarLiteFaults, lidar_lite->faults()));
-  if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, kCanRangeFaults, can_range->faults()));
-  summary.lines.push_back(fault_line(FaultyDevice::kLog, kLogFaults, log_task->faults()));
+  summary.lines.push_back(fault_line(FaultyDevice::kStim300, imu->faults()));
+  summary.lines.push_back(fault_line(FaultyDevice::kCamera, camera->faults()));
+  if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, lidar_lite->faults()));
+  if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, can_range->faults()));
+  summary.lines.push_back(fault_line(FaultyDevice::kLog, log_task->faults()));
   if (log_file != nullptr && log_file->error() != 0) {
     summary.lines.push_back("the log ends before the flight: " + std::string(std::strerror(log_file->error())));
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "fsw/base/spsc_ring.h"
@@ -91,6 +92,10 @@ inline constexpr std::array<FaultText, 2> kLogFaults{{
     {"no_room", "records that the queue of their thread had no room for"},
     {"not_written", "records that the file did not take; the first of them ends it"},
 }};
+
+/// The counters of each device, by its number.
+inline constexpr std::array<std::span<const FaultText>, kFaultyDeviceNames.size()> kDeviceFaultTables{
+    kStim300Faults, kCameraFaults, kLidarLiteFaults, kCanRangeFaults, kLogFaults};
 
 /// A counter that rose.
 struct DeviceFault {

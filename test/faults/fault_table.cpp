@@ -242,36 +242,30 @@ void add_range_faults(std::vector<Fault>& rows) {
 
 void add_lidar_lite_faults(std::vector<Fault>& rows) {
   using UnitWorld = test::LidarLiteEmulator::World;
-  const auto row = [&rows](const char* name, const char* what, double until_s, auto set, const char* counted,
-                           const char* condition) {
-    constexpr double kFrom_s = 10;
+  const auto row = [&rows](const char* name, const char* what, auto set, const char* condition) {
     rows.push_back({.name = name,
                     .what = what,
-                    .from_s = kFrom_s,
-                    .until_s = until_s,
+                    .from_s = 10,
+                    .until_s = 13,
                     .begin = [set](World& w) { set(w.lidar_lite().world); },
                     .end = [](World& w) { w.lidar_lite().world = {}; },
                     .expected = {.modes = kVio,
                                  .events = {condition, "range finder ok"},
                                  .also = {"range finder degraded"},
-                                 .counts = {},
                                  .recovery_s = kBack_s + kLidarLiteBack_s},
                     .range_finder = RangeFinder::kLidarLite});
-    if (counted != nullptr) rows.back().expected.counts = {std::string("LIDAR-Lite counts ") + counted};
   };
   const char* const silent = "range finder silent";
+  row("lidar-lite-dead", "the LIDAR-Lite acknowledges nothing for 3 s", [](UnitWorld& u) { u.dead = true; }, silent);
   row(
-      "lidar-lite-dead", "the LIDAR-Lite acknowledges nothing for 3 s", 13, [](UnitWorld& u) { u.dead = true; },
-      "not_acknowledged", silent);
+      "lidar-lite-busy", "an acquisition of the LIDAR-Lite does not end, for 3 s",
+      [](UnitWorld& u) { u.stuck_busy = true; }, silent);
   row(
-      "lidar-lite-busy", "an acquisition of the LIDAR-Lite does not end, for 3 s", 13,
-      [](UnitWorld& u) { u.stuck_busy = true; }, "busy_timeouts", silent);
+      "lidar-lite-not-ready", "the LIDAR-Lite says for 3 s that its distances are not ready",
+      [](UnitWorld& u) { u.not_ready = true; }, silent);
   row(
-      "lidar-lite-not-ready", "the LIDAR-Lite says for 3 s that its distances are not ready", 13,
-      [](UnitWorld& u) { u.not_ready = true; }, "not_ready", silent);
-  row(
-      "lidar-lite-weak", "the echoes of the LIDAR-Lite are too weak for 3 s", 13, [](UnitWorld& u) { u.strength = 10; },
-      nullptr, "range finder rejected");
+      "lidar-lite-weak", "the echoes of the LIDAR-Lite are too weak for 3 s", [](UnitWorld& u) { u.strength = 10; },
+      "range finder rejected");
 }
 
 void add_host_faults(std::vector<Fault>& rows) {
@@ -380,7 +374,10 @@ void expect_counts(std::vector<Fault>& rows) {
                                             {"camera-wrong-size", {"camera counts wrong_size"}},
                                             {"range-doubled", {"CAN range finder counts duplicates"}},
                                             {"range-corrupted", {"CAN range finder counts crc_errors"}},
-                                            {"range-nan", {"CAN range finder counts malformed"}}};
+                                            {"range-nan", {"CAN range finder counts malformed"}},
+                                            {"lidar-lite-dead", {"LIDAR-Lite counts not_acknowledged"}},
+                                            {"lidar-lite-busy", {"LIDAR-Lite counts busy_timeouts"}},
+                                            {"lidar-lite-not-ready", {"LIDAR-Lite counts not_ready"}}};
   for (Fault& fault : rows) {
     if (const auto at = counts.find(fault.name); at != counts.end()) fault.expected.counts = at->second;
   }

@@ -37,11 +37,9 @@ std::string name_in(const Table& table, std::int64_t state) {
 
 /// "STIM300 counts checksum_errors"
 std::string fault_words(FaultyDevice device, std::int64_t counter) {
-  const std::array<std::span<const FaultText>, 5> tables{kStim300Faults, kCameraFaults, kLidarLiteFaults,
-                                                         kCanRangeFaults, kLogFaults};
   const auto index = static_cast<std::size_t>(device);
   return std::string(kFaultyDeviceNames[index]) + kCounts +
-         std::string(tables[index][static_cast<std::size_t>(counter)].name);
+         std::string(kDeviceFaultTables[index][static_cast<std::size_t>(counter)].name);
 }
 
 std::string words_of(const event_t& event) {

@@ -135,7 +135,7 @@ TEST(LinuxSerialPort, ComesBackWhenTheLineIsThereAgain) {
   while (port->read(buffer, Duration()).status() == Status::kRejected && clock_now() < end) {
     wait_for(-1, 0, Duration::from_ms(5));
   }
-  EXPECT_EQ(port->reopens(), std::uint64_t{1});
+  EXPECT_EQ(port->reopens(), 1U);
   EXPECT_EQ(again.baud(), 460800U);
   ASSERT_TRUE(again.write(Bytes{9}));
   ASSERT_TRUE(port->read(buffer, kSoon));

@@ -84,8 +84,9 @@ def said_at_the_end(text: str) -> Iterator[Figure]:
         yield Figure(f"thread.{name}", f"thread {name}: stack used", float(used))
     yield Figure("faults.flight", "page faults of all threads of plumb-fsw", float(sum(int(row[2]) for row in threads)))
     callers = re.findall(r"^heap calls of thread (\S+): (\d+)$", text, re.MULTILINE)
-    calls = sum(int(count) for name, count in callers if name not in HEAP_USERS)
-    yield Figure("heap.flight", "heap calls of the threads that fly, from their beginning to their end", float(calls))
+    if callers:  # starting a flight takes memory: otherwise nobody counted
+        calls = sum(int(count) for name, count in callers if name not in HEAP_USERS)
+        yield Figure("heap.flight", "heap calls of the threads that fly, from their beginning to their end", float(calls))
 
 
 def flown(build: Path) -> list[Figure]:
