@@ -100,7 +100,7 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   bool crowded(const Vec2& pixel) const;
   void detect();
   void search_tile(std::size_t tile, std::int32_t wanted);
-  void start_tracks(std::int32_t quota);
+  void start_tracks(std::size_t tile, std::int32_t level, std::int32_t quota);
   bool start_track(const Corner& corner);
   void publish(const CameraFrame& frame, FeatureFrame<MaxTracks>& out) const;
   bool locate(Track& track) const;
@@ -120,6 +120,8 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   FixedVector<std::uint16_t, MaxTracks> free_slots_;
   FixedVector<BearingMatch, MaxTracks> matches_;
   std::array<BestCorners<kCornersPerTile>, kMaxTiles> candidates_;
+  std::array<bool, kMaxTiles> searched_{};               ///< tiles whose candidates are of the present image
+  std::array<std::size_t, kMaxTiles> next_candidate_{};  ///< of them the first that was not looked at
   std::array<std::int32_t, kMaxTiles> fast_threshold_{};
   TwoViewRansac::Outcome outcome_;
   TrackerReport report_;

@@ -290,6 +290,8 @@ bool FeatureTracker<MaxTracks, Kernels>::crowded(const Vec2& pixel) const {
   return false;
 }
 
+// In rounds, the emptiest tiles first, so that the last free tracks do not all go to the top of the image. A tile is
+// searched when its turn comes, which for most does not before all tracks are given away.
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::detect() {
   if (tracks_.size() >= static_cast<std::size_t>(options_.max_features)) return;
@@ -301,17 +303,21 @@ void FeatureTracker<MaxTracks, Kernels>::detect() {
     tiles_.add(track.u_px, track.v_px);
     mask_.take(track.u_px, track.v_px);
   }
-  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-    candidates_[tile].clear();
-    if (tiles_.count(tile) < quota) search_tile(tile, quota - tiles_.count(tile));
+  searched_.fill(false);
+  for (std::int32_t level = 1; level <= quota; ++level) {
+    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+      if (tracks_.size() >= static_cast<std::size_t>(options_.max_features)) return;
+      if (tiles_.count(tile) < level) start_tracks(tile, level, quota);
+    }
   }
-  start_tracks(quota);
 }
 
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::search_tile(std::size_t tile, std::int32_t wanted) {
   std::int32_t& threshold = fast_threshold_[tile];
   ++report_.searched_tiles;
+  searched_[tile] = true;
+  next_candidate_[tile] = 0;
   for (int pass = 0; pass < tracker_detail::kMaxSearchPasses; ++pass) {
     candidates_[tile].clear();
     CornerSink sink(mask_, candidates_[tile]);
@@ -325,20 +331,15 @@ void FeatureTracker<MaxTracks, Kernels>::search_tile(std::size_t tile, std::int3
   }
 }
 
-// In rounds, the emptiest tiles first, so that the last free tracks do not all go to the top of the image.
 template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::start_tracks(std::int32_t quota) {
-  std::array<std::size_t, kMaxTiles> next{};
-  for (std::int32_t level = 1; level <= quota; ++level) {
-    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-      const BestCorners<kCornersPerTile>& corners = candidates_[tile];
-      while (tiles_.count(tile) < level && next[tile] < corners.size()) {
-        const Corner& corner = corners[next[tile]++];
-        if (mask_.is_taken(corner.u_px, corner.v_px)) continue;
-        if (tracks_.size() >= static_cast<std::size_t>(options_.max_features)) return;
-        start_track(corner);
-      }
-    }
+void FeatureTracker<MaxTracks, Kernels>::start_tracks(std::size_t tile, std::int32_t level, std::int32_t quota) {
+  if (!searched_[tile]) search_tile(tile, quota - tiles_.count(tile));
+  const BestCorners<kCornersPerTile>& corners = candidates_[tile];
+  while (tiles_.count(tile) < level && next_candidate_[tile] < corners.size()) {
+    const Corner& corner = corners[next_candidate_[tile]++];
+    if (mask_.is_taken(corner.u_px, corner.v_px)) continue;
+    if (tracks_.size() >= static_cast<std::size_t>(options_.max_features)) return;
+    start_track(corner);
   }
 }
 
