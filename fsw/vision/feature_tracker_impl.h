@@ -2,7 +2,9 @@
 // Definitions of FeatureTracker, for the source files that instantiate it.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "fsw/math/exact.h"
 #include "fsw/vision/feature_tracker.h"
@@ -232,16 +234,25 @@ void FeatureTracker<MaxTracks, Kernels>::reject_outliers(const MotionPrediction&
   for (Track& track : tracks_) track.q_CCanchor = (correction * track.q_CCanchor).normalized();
 }
 
-// Two tracks on one feature would count its information twice; the older one stays.
+// Two tracks on one feature would count its information twice; the older one stays. What is dropped is moved out of the
+// way of the others, so that the distances are all that is looked at.
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::drop_crowded() {
+  constexpr float kAway_px = std::numeric_limits<float>::infinity();
   const float limit_px = static_cast<float>(tracker_detail::kCrowdedShare * options_.min_distance_px);
+  std::array<float, MaxTracks> u_px;
+  std::array<float, MaxTracks> v_px;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    u_px[i] = tracks_[i].u_px;
+    v_px[i] = tracks_[i].v_px;
+    std::int32_t near = 0;
     for (std::size_t k = 0; k < i; ++k) {
-      const float du = tracks_[i].u_px - tracks_[k].u_px;
-      const float dv = tracks_[i].v_px - tracks_[k].v_px;
-      if (tracks_[k].keep && du * du + dv * dv < limit_px * limit_px) tracks_[i].keep = false;
+      const float du = u_px[i] - u_px[k];
+      const float dv = v_px[i] - v_px[k];
+      near += du * du + dv * dv < limit_px * limit_px ? 1 : 0;
     }
+    tracks_[i].keep = near == 0;
+    if (near > 0) u_px[i] = kAway_px;
   }
   report_.lost_crowded = drop_unkept();
 }

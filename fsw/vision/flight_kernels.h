@@ -56,7 +56,7 @@ class FlightKernels {
     for (std::int32_t level = std::min(levels, from.size()) - 1; level >= 0; --level) {
       const auto size = static_cast<float>(1 << level);
       FlowPoint scaled{point.from_u_px / size, point.from_v_px / size, point.to_u_px / size, point.to_v_px / size};
-      flow_.refine(from.level(level), to.level(level), scaled);
+      flow_.refine(from.level(level), to.level(level), level == 0, scaled);
       point.to_u_px = scaled.to_u_px * size;
       point.to_v_px = scaled.to_v_px * size;
       point.found = scaled.found;

@@ -14,6 +14,7 @@ namespace {
 constexpr double kTensorScale = 256.0;    // (16)^2: a gradient in 1/8 grey level over two pixels
 constexpr double kStepScale = 2.0;        // differences times gradients over gradients squared: 8 * 16 in 16^2
 constexpr double kOpenCvTensor = 1024.0;  // (grey levels / px)^2 per unit of TrackerOptions::min_eigenvalue
+constexpr double kCoarseEpsilons = 5.0;   // on a coarse level: twice that, in px of the next one, is soon found there
 constexpr double kOscillation_px = 0.01;  // two steps that cancel to less than that go on for ever
 
 constexpr std::int32_t kMaxSide = TrackerOptions::kMaxWindow_px;
@@ -153,14 +154,14 @@ PatchFlow::PatchFlow(const TrackerOptions& options)
     : window_px_(options.window_px),
       max_iterations_(options.max_iterations),
       light_change_(options.light_change),
-      epsilon2_px2_(options.epsilon_px * options.epsilon_px),
+      epsilon_px_(options.epsilon_px),
       min_eigenvalue_(static_cast<std::int64_t>(
           std::ceil(options.min_eigenvalue * kOpenCvTensor * kTensorScale * options.window_px * options.window_px))) {
   PLUMB_ASSERT(window_px_ >= 1 && window_px_ <= kMaxSide && window_px_ % 2 == 1);
 }
 
 template <std::size_t Columns>
-void PatchFlow::refine_with(const ImageView& from, const ImageView& to, FlowPoint& point) const {
+void PatchFlow::refine_with(const ImageView& from, const ImageView& to, double last_step_px, FlowPoint& point) const {
   const double half_px = (window_px_ - 1) / 2;
   const double from_u_px = static_cast<double>(point.from_u_px) - half_px;
   const double from_v_px = static_cast<double>(point.from_v_px) - half_px;
@@ -189,18 +190,19 @@ void PatchFlow::refine_with(const ImageView& from, const ImageView& to, FlowPoin
     v_px += step_v_px;
     last_u_px = step_u_px;
     last_v_px = step_v_px;
-    if (oscillates || step_u_px * step_u_px + step_v_px * step_v_px <= epsilon2_px2_) break;
+    if (oscillates || step_u_px * step_u_px + step_v_px * step_v_px <= last_step_px * last_step_px) break;
   }
   point.to_u_px = static_cast<float>(u_px + half_px);
   point.to_v_px = static_cast<float>(v_px + half_px);
   point.found = touches(to, window_px_, u_px, v_px);
 }
 
-void PatchFlow::refine(const ImageView& from, const ImageView& to, FlowPoint& point) const {
+void PatchFlow::refine(const ImageView& from, const ImageView& to, bool finest, FlowPoint& point) const {
+  const double last_step_px = finest ? epsilon_px_ : kCoarseEpsilons * epsilon_px_;
   if (is_narrow(window_px_)) {
-    refine_with<kNarrow>(from, to, point);
+    refine_with<kNarrow>(from, to, last_step_px, point);
   } else {
-    refine_with<kMaxColumns>(from, to, point);
+    refine_with<kMaxColumns>(from, to, last_step_px, point);
   }
 }
 

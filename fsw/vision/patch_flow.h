@@ -27,20 +27,20 @@ class PatchFlow {
 
   /// One level: `from` and `to` have a margin of kImageMargin_px. Moves point.to, in pixels of this level, and sets
   /// point.found: false when the patch left either image or has too little texture; point.to is then where it was lost.
-  /// The residual is left alone.
-  void refine(const ImageView& from, const ImageView& to, FlowPoint& point) const;
+  /// The residual is left alone. A level that is not the finest is done with a longer step: the next one goes on.
+  void refine(const ImageView& from, const ImageView& to, bool finest, FlowPoint& point) const;
   /// Mean absolute difference of the patch at from and at to, with light_change in the light of the first [grey
   /// levels]. Precondition: refine() found the point.
   float residual(const ImageView& from, const ImageView& to, const FlowPoint& point) const;
 
  private:
   template <std::size_t Columns>
-  void refine_with(const ImageView& from, const ImageView& to, FlowPoint& point) const;
+  void refine_with(const ImageView& from, const ImageView& to, double last_step_px, FlowPoint& point) const;
 
   std::int32_t window_px_;
   std::int32_t max_iterations_;
   bool light_change_;
-  double epsilon2_px2_;
+  double epsilon_px_;
   std::int64_t min_eigenvalue_;  ///< of the structure tensor, in its own unit
 };
 

@@ -18,7 +18,7 @@ constexpr double kBlindScale_rad = 0.05;  // flow between images that counts whe
 constexpr double kScaleDecay = 0.6;       // of the robust scale, from one reweighting to the next
 constexpr double kTurnShare = 0.9;        // of the inliers: when turning alone explains that many, it is all there was
 constexpr double kTiny = 1e-24;
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 
 two_view::Triple triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -84,7 +84,7 @@ double TwoViewRansac::squared_distance(const Vec3& direction, std::size_t i) con
 
 // Truncated squared distance (MSAC): among hypotheses with equal support the tighter one wins. Turns the direction
 // round where that is better. Stops counting once neither way can cost less than `bound`.
-double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, double bound) const {
+float TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, float bound) const {
   const two_view::Cost cost = two_view::cost_of(matches_, triple(direction), threshold_rad, bound);
   if (cost.towards <= cost.away) return cost.towards;
   direction = -direction;
@@ -92,6 +92,7 @@ double TwoViewRansac::cost_of(Vec3& direction, double threshold_rad, double boun
 }
 
 void TwoViewRansac::search(double threshold_rad, Model& best) {
+  two_view::round_for_costs(matches_);
   best.cost = cost_of(best.direction, threshold_rad, kUnbounded);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const std::uint32_t n = static_cast<std::uint32_t>(matches_.count);
@@ -101,7 +102,7 @@ void TwoViewRansac::search(double threshold_rad, Model& best) {
     const double norm2 = direction.squaredNorm();
     if (!(norm2 > kTiny)) continue;
     Vec3 unit = direction / std::sqrt(norm2);
-    const double cost = cost_of(unit, threshold_rad, best.cost);
+    const float cost = cost_of(unit, threshold_rad, best.cost);
     if (cost < best.cost) {
       best.cost = cost;
       best.direction = unit;
@@ -153,6 +154,7 @@ TwoViewRansac::Model TwoViewRansac::solve(const Quat& q_start, double sigma_rad)
   search(options_.threshold_rad, model);
   refine(sigma_rad, options_.threshold_rad, model);
   derotate((model.q_correction * q_start).normalized().toRotationMatrix());
+  two_view::round_for_costs(matches_);
   model.cost = cost_of(model.direction, options_.threshold_rad, kUnbounded);
   return model;
 }

@@ -86,7 +86,7 @@ class TwoViewRansac {
     Quat q_start = Quat::Identity();       ///< C1 to C2, before the correction
     Quat q_correction = Quat::Identity();  ///< in C2
     Vec3 direction = Vec3::UnitX();
-    double cost = 0.0;
+    float cost = 0.0F;
   };
   Quat fit_rotation(const Quat& q_start, double scale_rad) const;
   void prefer_turning_alone(std::span<const BearingMatch> matches, const Quat& q_turn, Outcome& out) const;
@@ -94,7 +94,7 @@ class TwoViewRansac {
   void derotate(const Mat3& R_C2C1);
   double squared_distance(const Vec3& direction, std::size_t i) const;
   Vec3 normal(std::size_t i) const { return {matches_.normal[0][i], matches_.normal[1][i], matches_.normal[2][i]}; }
-  double cost_of(Vec3& direction, double threshold_rad, double bound) const;
+  float cost_of(Vec3& direction, double threshold_rad, float bound) const;
   void search(double threshold_rad, Model& best);
   void refine(double sigma_rad, double scale_rad, Model& model);
   Model solve(const Quat& q_start, double sigma_rad);

@@ -9,9 +9,10 @@ namespace {
 
 using Doubles = cv::v_float64;
 constexpr std::size_t kLanes = Doubles::nlanes;
-using Lanes = std::array<double, kLanes>;
+using Floats = cv::v_float32;
 using Components = Matches::Components;
-static_assert(Matches::kWhole % kLanes == 0);
+static_assert(Matches::kWhole % Floats::nlanes == 0);
+constexpr std::size_t kMatchesAskedOnce = 16;  // after so many, whether the cost is beyond the bound
 
 // Of an information that nothing is known of, so that it can be solved for.
 constexpr double kNoTurn = 1e-24;
@@ -27,12 +28,30 @@ Doubles robust_weights(const Doubles& squared_errors, double scale) {
 /// Adds neighbouring lanes as pairs, one pair after the other.
 cv::v_float64x2 plus_pairs(const cv::v_float64x2& sums, const Doubles& pairs) {
 #if CV_SIMD_WIDTH == 32
-  Lanes lanes;
+  std::array<double, kLanes> lanes;
   cv::v_store(lanes.data(), pairs);
   return sums + cv::v_load(lanes.data()) + cv::v_load(&lanes[2]);
 #else
   return sums + pairs;
 #endif
+}
+
+/// Adds lanes in fours, one four after the other.
+cv::v_float32x4 plus_fours(const cv::v_float32x4& sums, const Floats& fours) {
+#if CV_SIMD_WIDTH == 32
+  std::array<float, Floats::nlanes> lanes;
+  cv::v_store(lanes.data(), fours);
+  return sums + cv::v_load(lanes.data()) + cv::v_load(&lanes[4]);
+#else
+  return sums + fours;
+#endif
+}
+
+/// In an order of ours: that of a vector unit's own sum is not the same on every machine.
+float total(const cv::v_float32x4& sums) {
+  std::array<float, 4> four;
+  cv::v_store(four.data(), sums);
+  return (four[0] + four[1]) + (four[2] + four[3]);
 }
 
 /// Vectors of as many matches as there are lanes.
@@ -71,30 +90,41 @@ struct Turn {
   }
 };
 
-/// One row of the least squares for each lane.
-struct Rows {
-  std::array<Lanes, 5> jacobian;
-  Lanes error;
+/// Normal equations of N unknowns, summed over the even and over the odd matches.
+template <std::size_t N>
+class EquationSums {
+ public:
+  EquationSums() {
+    for (auto& column : information_) column.fill(cv::v_setzero_f64());
+    gradient_.fill(cv::v_setzero_f64());
+  }
+  /// One row of the least squares for each lane.
+  void add(const std::array<Doubles, N>& row, const Doubles& error, const Doubles& weight) {
+    const Doubles pull = weight * error;
+#pragma GCC unroll 8
+    for (std::size_t c = 0; c < N; ++c) {
+      const Doubles weighted = weight * row[c];
+#pragma GCC unroll 8
+      for (std::size_t r = c; r < N; ++r) {
+        information_[c][r] = plus_pairs(information_[c][r], weighted * row[r]);
+      }
+      gradient_[c] = plus_pairs(gradient_[c], pull * row[c]);
+    }
+  }
+  /// `known`: what is added to the information of each unknown.
+  NormalEquations<N> total(double known) const {
+    NormalEquations<N> equations;
+    for (std::size_t c = 0; c < N; ++c) {
+      for (std::size_t r = c; r < N; ++r) equations.information[c][r] = cv::v_reduce_sum(information_[c][r]);
+      equations.information[c][c] += known;
+      equations.gradient[c] = cv::v_reduce_sum(gradient_[c]);
+    }
+    return equations;
+  }
 
-  Rows(const Vectors& by_rotation, const Doubles& by_e1, const Doubles& by_e2, const Doubles& factor,
-       const Doubles& errors) {
-    const std::array<Doubles, 5> all = {by_rotation.x, by_rotation.y, by_rotation.z, by_e1, by_e2};
-    for (std::size_t k = 0; k < all.size(); ++k) cv::v_store(jacobian[k].data(), all[k] * factor);
-    cv::v_store(error.data(), errors);
-  }
-  void add_to(NormalEquations<5>& equations, std::size_t lane, double weight) const {
-    std::array<double, 5> row;
-    std::array<double, 5> weighted;
-    for (std::size_t k = 0; k < 5; ++k) {
-      row[k] = jacobian[k][lane];
-      weighted[k] = weight * row[k];
-    }
-    for (std::size_t c = 0; c < 5; ++c) {
-      for (std::size_t r = c; r < 5; ++r) equations.information[c][r] += weighted[r] * row[c];
-    }
-    const double pull = weight * error[lane];
-    for (std::size_t k = 0; k < 5; ++k) equations.gradient[k] -= pull * row[k];
-  }
+ private:
+  std::array<std::array<cv::v_float64x2, N>, N> information_;
+  std::array<cv::v_float64x2, N> gradient_;
 };
 
 }  // namespace
@@ -113,69 +143,61 @@ void derotate(Matches& matches, const std::array<Triple, 3>& R_C2C1) {
   }
 }
 
-Cost cost_of(const Matches& matches, const Triple& direction, double threshold_rad, double bound) {
-  const Doubles zero = cv::vx_setzero_f64();
-  const Doubles one = cv::vx_setall_f64(1.0);
-  const Doubles limit = cv::vx_setall_f64(threshold_rad * threshold_rad);
-  const Doubles floor = cv::vx_setall_f64(kEpipoleFloor);
-  const Vectors t = Vectors::all(direction);
-  const auto along_t = [&t](const Components& all, std::size_t i) {
-    return t.x * cv::vx_load(&all[0][i]) + t.y * cv::vx_load(&all[1][i]) + t.z * cv::vx_load(&all[2][i]);
+void round_for_costs(Matches& matches) {
+  const auto round = [&matches](const Components& from, Matches::Singles& to) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t i = 0; i < matches.count; i += kLanes * 2) {
+        cv::v_store(&to[k][i], cv::v_cvt_f32(cv::vx_load(&from[k][i]), cv::vx_load(&from[k][i + kLanes])));
+      }
+    }
   };
-  cv::v_float64x2 sums = cv::v_setzero_f64();  // towards, away
-  for (std::size_t i = 0; i < matches.count; i += kLanes) {
-    const Doubles cosine = along_t(matches.derotated, i);
-    const Doubles along = along_t(matches.flow, i);
-    const Doubles off = along_t(matches.normal, i);
-    const Doubles inverse = one / cv::v_max(one - cosine * cosine, floor);
-    const Doubles across = off * off * inverse;
-    const Doubles both = across + along * along * inverse;
-    const Doubles towards = cv::v_min(cv::v_select(along < zero, both, across), limit);
-    const Doubles away = cv::v_min(cv::v_select(along > zero, both, across), limit);
-    Doubles first;
-    Doubles second;
-    cv::v_zip(towards, away, first, second);
-    sums = plus_pairs(plus_pairs(sums, first), second);
-    if (cv::v_check_all(sums >= cv::v_setall_f64(bound))) break;
-  }
-  std::array<double, 2> both_ways;
-  cv::v_store(both_ways.data(), sums);
-  return {.towards = both_ways[0], .away = both_ways[1]};
+  round(matches.derotated, matches.derotated_single);
+  round(matches.flow, matches.flow_single);
+  round(matches.normal, matches.normal_single);
 }
 
+Cost cost_of(const Matches& matches, const Triple& direction, double threshold_rad, float bound) {
+  const Floats zero = cv::vx_setzero_f32();
+  const Floats one = cv::vx_setall_f32(1.0F);
+  const Floats limit = cv::vx_setall_f32(static_cast<float>(threshold_rad * threshold_rad));
+  const Floats floor = cv::vx_setall_f32(static_cast<float>(kEpipoleFloor));
+  const Floats t_x = cv::vx_setall_f32(static_cast<float>(direction[0]));
+  const Floats t_y = cv::vx_setall_f32(static_cast<float>(direction[1]));
+  const Floats t_z = cv::vx_setall_f32(static_cast<float>(direction[2]));
+  const auto along_t = [&](const Matches::Singles& all, std::size_t i) {
+    return t_x * cv::vx_load(&all[0][i]) + t_y * cv::vx_load(&all[1][i]) + t_z * cv::vx_load(&all[2][i]);
+  };
+  cv::v_float32x4 towards = cv::v_setzero_f32();
+  cv::v_float32x4 away = cv::v_setzero_f32();
+  for (std::size_t i = 0; i < matches.count; i += Floats::nlanes) {
+    const Floats cosine = along_t(matches.derotated_single, i);
+    const Floats along = along_t(matches.flow_single, i);
+    const Floats off = along_t(matches.normal_single, i);
+    const Floats inverse = one / cv::v_max(one - cosine * cosine, floor);
+    const Floats across = off * off * inverse;
+    const Floats both = across + along * along * inverse;
+    towards = plus_fours(towards, cv::v_min(cv::v_select(along < zero, both, across), limit));
+    away = plus_fours(away, cv::v_min(cv::v_select(along > zero, both, across), limit));
+    const bool asked = (i + Floats::nlanes) % kMatchesAskedOnce == 0;
+    if (asked && total(towards) >= bound && total(away) >= bound) break;
+  }
+  return {.towards = total(towards), .away = total(away)};
+}
+
+// Each component of the error d x b - e has a row of its own: the sums are those of b's cross product with itself.
 NormalEquations<3> turn_equations(const Matches& matches, const std::array<double, 4>& q_C2C1, double scale_rad) {
   const Turn turn{cv::vx_setall_f64(q_C2C1[0]), Vectors::all({q_C2C1[1], q_C2C1[2], q_C2C1[3]})};
-  NormalEquations<3> equations;
-  auto& [information, gradient] = equations;
-  for (std::size_t k = 0; k < 3; ++k) information[k][k] = kNoTurn;
+  const Doubles zero = cv::vx_setzero_f64();
+  EquationSums<3> sums;
   for (std::size_t i = 0; i < matches.count; i += kLanes) {
     const Vectors b = turn(Vectors::at(matches.previous, i));
     const Vectors error = Vectors::at(matches.current, i) - b;
     const Doubles weight = robust_weights(error.dot(error), scale_rad);
-    const Vectors weighted{weight * b.x, weight * b.y, weight * b.z};
-    const Vectors turning = weighted.cross(error);
-    const std::array<Doubles, 9> all = {weighted.y * b.y + weighted.z * b.z,
-                                        weighted.x * b.y,
-                                        weighted.x * b.z,
-                                        weighted.x * b.x + weighted.z * b.z,
-                                        weighted.y * b.z,
-                                        weighted.x * b.x + weighted.y * b.y,
-                                        turning.x,
-                                        turning.y,
-                                        turning.z};
-    std::array<Lanes, all.size()> of;
-    for (std::size_t k = 0; k < all.size(); ++k) cv::v_store(of[k].data(), all[k]);
-    for (std::size_t lane = 0; lane < std::min(kLanes, matches.count - i); ++lane) {
-      information[0][0] += of[0][lane];
-      information[0][1] -= of[1][lane];
-      information[0][2] -= of[2][lane];
-      information[1][1] += of[3][lane];
-      information[1][2] -= of[4][lane];
-      information[2][2] += of[5][lane];
-      for (std::size_t k = 0; k < 3; ++k) gradient[k] += of[6 + k][lane];
-    }
+    sums.add({zero, b.z, zero - b.y}, error.x, weight);
+    sums.add({zero - b.z, zero, b.x}, error.y, weight);
+    sums.add({b.y, zero - b.x, zero}, error.z, weight);
   }
-  return equations;
+  return sums.total(kNoTurn);
 }
 
 NormalEquations<5> move_equations(const Matches& matches, const Tangent& tangent, double scale_rad) {
@@ -184,28 +206,26 @@ NormalEquations<5> move_equations(const Matches& matches, const Tangent& tangent
   const Vectors t = Vectors::all(tangent.direction);
   const Vectors e1 = Vectors::all(tangent.e1);
   const Vectors e2 = Vectors::all(tangent.e2);
-  NormalEquations<5> equations;
-  for (std::size_t k = 0; k < 5; ++k) equations.information[k][k] = kNoMove;
+  EquationSums<5> sums;
   for (std::size_t i = 0; i < matches.count; i += kLanes) {
     const Vectors current = Vectors::at(matches.current, i);
     const Vectors derotated = Vectors::at(matches.derotated, i);
     const Vectors flow = Vectors::at(matches.flow, i);
     const Vectors normal = Vectors::at(matches.normal, i);
     const Doubles cosine = t.dot(derotated);
-    const Doubles inverse = one / cv::v_sqrt(cv::v_max(one - cosine * cosine, cv::vx_setall_f64(kEpipoleFloor)));
-    const Doubles across = t.dot(normal) * inverse;
-    const Doubles backward = cv::v_min(t.dot(flow), zero) * inverse;
-    Lanes weight;
-    cv::v_store(weight.data(), robust_weights(across * across + backward * backward, scale_rad));
+    const Doubles inverse2 = one / cv::v_max(one - cosine * cosine, cv::vx_setall_f64(kEpipoleFloor));
+    const Doubles across = t.dot(normal);
+    const Doubles backward = cv::v_min(t.dot(flow), zero);
+    const Doubles weight = inverse2 * robust_weights((across * across + backward * backward) * inverse2, scale_rad);
     // t . ((b1 + d x b1) x b2) = t . n + d . (b1 x (b2 x t)) and t . (b2 - b1 - d x b1) = t . flow + d . (t x b1)
-    const Rows off(derotated.cross(current.cross(t)), e1.dot(normal), e2.dot(normal), inverse, across);
-    const Rows back(t.cross(derotated), e1.dot(flow), e2.dot(flow), inverse, backward);
-    for (std::size_t lane = 0; lane < std::min(kLanes, matches.count - i); ++lane) {
-      off.add_to(equations, lane, weight[lane]);
-      if (back.error[lane] < 0.0) back.add_to(equations, lane, weight[lane]);
-    }
+    const Vectors turned_off = derotated.cross(current.cross(t));
+    sums.add({turned_off.x, turned_off.y, turned_off.z, e1.dot(normal), e2.dot(normal)}, zero - across, weight);
+    if (!cv::v_check_any(backward < zero)) continue;  // as most, where there is parallax
+    const Vectors turned_back = t.cross(derotated);
+    sums.add({turned_back.x, turned_back.y, turned_back.z, e1.dot(flow), e2.dot(flow)}, zero - backward,
+             cv::v_select(backward < zero, weight, zero));
   }
-  return equations;
+  return sums.total(kNoMove);
 }
 
 }  // namespace plumb::two_view

@@ -26,18 +26,26 @@ struct Matches {
   Components derotated{};  ///< b1' in C2
   Components flow{};       ///< b2 - b1'
   Components normal{};     ///< b1' x b2
+  /// The last three again, for costs: each is rounded when it is small already, so that nothing is lost.
+  using Singles = std::array<std::array<float, kMost>, 3>;
+  Singles derotated_single{};
+  Singles flow_single{};
+  Singles normal_single{};
 };
 
 /// Sets derotated, flow and normal. `R_C2C1`: by rows.
 void derotate(Matches& matches, const std::array<Triple, 3>& R_C2C1);
 
+/// Sets what cost_of() reads, from what derotate() set.
+void round_for_costs(Matches& matches);
+
 struct Cost {
-  double towards = 0.0;
-  double away = 0.0;
+  float towards = 0.0F;
+  float away = 0.0F;
 };
 /// Sum of the truncated squared distances to where points can move along `direction` (a unit vector in C2), and against
 /// it [rad^2]. Once both reach `bound` it stops, and they are what they were then.
-Cost cost_of(const Matches& matches, const Triple& direction, double threshold_rad, double bound);
+Cost cost_of(const Matches& matches, const Triple& direction, double threshold_rad, float bound);
 
 /// Only the lower triangle of the information is there, column by column: [column][row].
 template <std::size_t N>
