@@ -170,6 +170,24 @@ TEST_F(FlightTrackerTest, SpreadsFeaturesOverTheImage) {
   }
 }
 
+// Every tile of this wall has corners, so that each that is searched gives a track, and the search ends with the last.
+TEST_F(FlightTrackerTest, SearchesNoMoreTilesThanItNeeds) {
+  TrackerOptions options = small_options();
+  options.max_features = 30;  // 2.5 a tile
+  const Flight flight = make_flight(camera_, 8);
+  const auto tracker = std::make_unique<TestTracker>(test::small_lens(), options);
+  std::uint32_t started = 0;
+  for (int i = 0; i < 8; ++i) {
+    const MotionPrediction prediction = i == 0 ? MotionPrediction{} : motion(flight.views[i - 1], flight.views[i]);
+    Frame out;
+    ASSERT_EQ(tracker->track(frame(flight.pictures[i], i), prediction, out), Status::kOk);
+    EXPECT_EQ(out.observations.size(), 30U);
+    EXPECT_LE(tracker->report().searched_tiles, tracker->report().started);
+    started += tracker->report().started;
+  }
+  EXPECT_GT(started, 30U) << "no track was lost, nothing was tried";
+}
+
 // Exactly there, without snapping to a corner, and followed as well as any other; not beside a track that is there
 // already, outside the image, or where there is nothing to hold on to.
 TEST_F(FlightTrackerTest, StartsAFeatureWhereItIsWanted) {
