@@ -7,7 +7,8 @@
 namespace plumb::two_view {
 namespace {
 
-using Doubles = cv::v_float64;
+// Two at a time on every machine: sums over more rows than one would not be in the same order with more.
+using Doubles = cv::v_float64x2;
 constexpr std::size_t kLanes = Doubles::nlanes;
 using Floats = cv::v_float32;
 using Components = Matches::Components;
@@ -20,20 +21,9 @@ constexpr double kNoMove = 1e-9;
 
 /// Geman-McClure: what is far beyond the scale has no say.
 Doubles robust_weights(const Doubles& squared_errors, double scale) {
-  const Doubles one = cv::vx_setall_f64(1.0);
-  const Doubles cauchy = one / (one + squared_errors / cv::vx_setall_f64(scale * scale));
+  const Doubles one = cv::v_setall_f64(1.0);
+  const Doubles cauchy = one / (one + squared_errors / cv::v_setall_f64(scale * scale));
   return cauchy * cauchy;
-}
-
-/// Adds neighbouring lanes as pairs, one pair after the other.
-cv::v_float64x2 plus_pairs(const cv::v_float64x2& sums, const Doubles& pairs) {
-#if CV_SIMD_WIDTH == 32
-  std::array<double, kLanes> lanes;
-  cv::v_store(lanes.data(), pairs);
-  return sums + cv::v_load(lanes.data()) + cv::v_load(&lanes[2]);
-#else
-  return sums + pairs;
-#endif
 }
 
 /// Adds lanes in fours, one four after the other.
@@ -61,10 +51,10 @@ struct Vectors {
   Doubles z;
 
   static Vectors at(const Components& all, std::size_t i) {
-    return {cv::vx_load(&all[0][i]), cv::vx_load(&all[1][i]), cv::vx_load(&all[2][i])};
+    return {cv::v_load(&all[0][i]), cv::v_load(&all[1][i]), cv::v_load(&all[2][i])};
   }
   static Vectors all(const Triple& v) {
-    return {cv::vx_setall_f64(v[0]), cv::vx_setall_f64(v[1]), cv::vx_setall_f64(v[2])};
+    return {cv::v_setall_f64(v[0]), cv::v_setall_f64(v[1]), cv::v_setall_f64(v[2])};
   }
   void keep(Components& all, std::size_t i) const {
     cv::v_store(&all[0][i], x);
@@ -106,9 +96,9 @@ class EquationSums {
       const Doubles weighted = weight * row[c];
 #pragma GCC unroll 8
       for (std::size_t r = c; r < N; ++r) {
-        information_[c][r] = plus_pairs(information_[c][r], weighted * row[r]);
+        information_[c][r] = information_[c][r] + weighted * row[r];
       }
-      gradient_[c] = plus_pairs(gradient_[c], pull * row[c]);
+      gradient_[c] = gradient_[c] + pull * row[c];
     }
   }
   /// `known`: what is added to the information of each unknown.
@@ -123,8 +113,8 @@ class EquationSums {
   }
 
  private:
-  std::array<std::array<cv::v_float64x2, N>, N> information_;
-  std::array<cv::v_float64x2, N> gradient_;
+  std::array<std::array<Doubles, N>, N> information_;
+  std::array<Doubles, N> gradient_;
 };
 
 }  // namespace
@@ -133,7 +123,7 @@ void derotate(Matches& matches, const std::array<Triple, 3>& R_C2C1) {
   const Vectors x = Vectors::all(R_C2C1[0]);
   const Vectors y = Vectors::all(R_C2C1[1]);
   const Vectors z = Vectors::all(R_C2C1[2]);
-  for (std::size_t i = 0; i < matches.count; i += kLanes) {
+  for (std::size_t i = 0; i < matches.filled(); i += kLanes) {
     const Vectors previous = Vectors::at(matches.previous, i);
     const Vectors current = Vectors::at(matches.current, i);
     const Vectors derotated{x.dot(previous), y.dot(previous), z.dot(previous)};
@@ -146,8 +136,8 @@ void derotate(Matches& matches, const std::array<Triple, 3>& R_C2C1) {
 void round_for_costs(Matches& matches) {
   const auto round = [&matches](const Components& from, Matches::Singles& to) {
     for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < matches.count; i += kLanes * 2) {
-        cv::v_store(&to[k][i], cv::v_cvt_f32(cv::vx_load(&from[k][i]), cv::vx_load(&from[k][i + kLanes])));
+      for (std::size_t i = 0; i < matches.filled(); i += kLanes * 2) {
+        cv::v_store(&to[k][i], cv::v_cvt_f32(cv::v_load(&from[k][i]), cv::v_load(&from[k][i + kLanes])));
       }
     }
   };
@@ -186,8 +176,8 @@ Cost cost_of(const Matches& matches, const Triple& direction, double threshold_r
 
 // Each component of the error d x b - e has a row of its own: the sums are those of b's cross product with itself.
 NormalEquations<3> turn_equations(const Matches& matches, const std::array<double, 4>& q_C2C1, double scale_rad) {
-  const Turn turn{cv::vx_setall_f64(q_C2C1[0]), Vectors::all({q_C2C1[1], q_C2C1[2], q_C2C1[3]})};
-  const Doubles zero = cv::vx_setzero_f64();
+  const Turn turn{cv::v_setall_f64(q_C2C1[0]), Vectors::all({q_C2C1[1], q_C2C1[2], q_C2C1[3]})};
+  const Doubles zero = cv::v_setzero_f64();
   EquationSums<3> sums;
   for (std::size_t i = 0; i < matches.count; i += kLanes) {
     const Vectors b = turn(Vectors::at(matches.previous, i));
@@ -201,8 +191,8 @@ NormalEquations<3> turn_equations(const Matches& matches, const std::array<doubl
 }
 
 NormalEquations<5> move_equations(const Matches& matches, const Tangent& tangent, double scale_rad) {
-  const Doubles zero = cv::vx_setzero_f64();
-  const Doubles one = cv::vx_setall_f64(1.0);
+  const Doubles zero = cv::v_setzero_f64();
+  const Doubles one = cv::v_setall_f64(1.0);
   const Vectors t = Vectors::all(tangent.direction);
   const Vectors e1 = Vectors::all(tangent.e1);
   const Vectors e2 = Vectors::all(tangent.e2);
@@ -213,7 +203,7 @@ NormalEquations<5> move_equations(const Matches& matches, const Tangent& tangent
     const Vectors flow = Vectors::at(matches.flow, i);
     const Vectors normal = Vectors::at(matches.normal, i);
     const Doubles cosine = t.dot(derotated);
-    const Doubles inverse2 = one / cv::v_max(one - cosine * cosine, cv::vx_setall_f64(kEpipoleFloor));
+    const Doubles inverse2 = one / cv::v_max(one - cosine * cosine, cv::v_setall_f64(kEpipoleFloor));
     const Doubles across = t.dot(normal);
     const Doubles backward = cv::v_min(t.dot(flow), zero);
     const Doubles weight = inverse2 * robust_weights((across * across + backward * backward) * inverse2, scale_rad);

@@ -21,6 +21,9 @@ struct Matches {
   using Components = std::array<std::array<double, kMost>, 3>;
 
   std::size_t count = 0;
+  /// With what fills the last vector.
+  std::size_t filled() const { return (count + kWhole - 1) / kWhole * kWhole; }
+
   Components previous{};   ///< b1 in C1
   Components current{};    ///< b2 in C2
   Components derotated{};  ///< b1' in C2
