@@ -12,6 +12,11 @@ void count(std::atomic<std::uint64_t>& counter) {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
+// What the driver finds wrong does not come to the task; of a camera that shows both, the task's value is told.
+FaultCounter sum(const FaultCounter& driver, const FaultCounter& task) {
+  return {driver + task, task.count > 0 ? task.value : driver.value};
+}
+
 struct NodeCondition {
   can_range::NodeHealth health = can_range::NodeHealth::kOk;
   can_range::NodeMode mode = can_range::NodeMode::kOperational;
@@ -42,17 +47,18 @@ void ImuTask::run_once() {
     count(samples_);
   }
   if (!completed_.empty()) wake_tick_.wake();
+  away_.look(status == Status::kRejected, port_.last_error());
   report_.look(now, faults());
   if (status == Status::kRejected) clock_.wait_until(now + kDevicePause);
 }
 
-std::array<std::uint64_t, kStim300Faults.size()> ImuTask::faults() const {
+std::array<FaultCounter, kStim300Faults.size()> ImuTask::faults() const {
   const stim300::FramerCounters& line = device_.protocol().framer();
   const stim300::Counters& unit = device_.protocol().counters();
   return {line.checksum_errors, line.skipped_bytes, unit.duplicates, unit.unconfigured, unit.starting,
           unit.faulty,          unit.stuck,         unit.overloads,  unit.unaligned,    unit.out_of_order,
           unit.conditions,      unit.missing,       unit.slips,      unit.restarts,     device_.protocol().clock().corrections(),
-          rings_.imu.overflows(), port_.reopens()};
+          rings_.imu.overflows(), port_.reopens(),      away_.counter()};
 }
 
 void LidarLiteTask::run_once() {
@@ -66,9 +72,10 @@ void LidarLiteTask::run_once() {
   clock_.wait_until(device_.wake());
 }
 
-std::array<std::uint64_t, kLidarLiteFaults.size()> LidarLiteTask::faults() const {
+std::array<FaultCounter, kLidarLiteFaults.size()> LidarLiteTask::faults() const {
   const lidar_lite::Counters& unit = device_.counters();
-  return {unit.not_ready,       unit.not_acknowledged, unit.busy_timeouts, unit.stuck,             unit.wrong_model,
+  const FaultCounter not_acknowledged(unit.not_acknowledged, bus_.last_error());
+  return {unit.not_ready,       not_acknowledged, unit.busy_timeouts, unit.stuck,             unit.wrong_model,
           unit.verify_failures, unit.resets,           unit.late,          rings_.range.overflows()};
 }
 
@@ -82,10 +89,12 @@ void CanRangeTask::run_once() {
   if (node_status_) tell_status();
   report_.look(clock_.now(), faults());
   const Result<can_range::Reading> reading = receiver_.poll(kReceiveTimeout);
+  const bool is_away = reading.status() == Status::kRejected && socket_.health().state == CanState::kDown;
+  away_.look(is_away, socket_.last_error());
   if (reading) {
     static_cast<void>(rings_.range.push(reading->sample));
     count(samples_);
-  } else if (reading.status() == Status::kRejected && socket_.health().state == CanState::kDown) {
+  } else if (is_away) {
     clock_.wait_until(clock_.now() + kDevicePause);
   }
 }
@@ -94,10 +103,10 @@ void CanRangeTask::run_once() {
 void CanRangeTask::tell_status() {
   const NodeCondition condition = condition_in(rings_.mode.load(std::memory_order_relaxed));
   const Result<CanFrame> due = node_status_->next(clock_.now(), condition.health, condition.mode);
-  if (due && !ok(socket_.send(*due))) ++status_not_sent_;
+  if (due && !ok(socket_.send(*due))) status_not_sent_.add(socket_.last_error());
 }
 
-std::array<std::uint64_t, kCanRangeFaults.size()> CanRangeTask::faults() const {
+std::array<FaultCounter, kCanRangeFaults.size()> CanRangeTask::faults() const {
   const can_range::TransferCounters& transfers = receiver_.decoder().transfer_counters();
   const CanHealth& bus = socket_.health();
   return {receiver_.decoder().counters().malformed,
@@ -115,7 +124,8 @@ std::array<std::uint64_t, kCanRangeFaults.size()> CanRangeTask::faults() const {
           bus.stamps_mended,
           status_not_sent_,
           rings_.range.overflows(),
-          transfers.missing};
+          transfers.missing,
+          away_.counter()};
 }
 
 void CommandTask::run_once() {
@@ -152,11 +162,15 @@ CameraTask::CameraTask(CameraPort& port, const CameraSetup& setup, const CameraC
 
 void CameraTask::run_once() {
   if (!started_) started_ = start() != Status::kInvalidValue;  // a camera that is away comes back by itself
+  const std::uint32_t received = port_.health().received;
   const Result<CameraFrame> frame = next_frame();
+  // The sensor's driver rejects images too.
+  const bool is_away = frame.status() == Status::kRejected && port_.health().received == received;
+  away_.look(is_away, port_.last_error());
   report_.look(clock_.now(), faults());
   if (frame) {
     accept(*frame);
-  } else if (frame.status() == Status::kRejected && port_.last_error() != 0) {
+  } else if (is_away) {
     clock_.wait_until(clock_.now() + kDevicePause);
   }
 }
@@ -176,34 +190,35 @@ Result<CameraFrame> CameraTask::next_frame() {
   return CameraFrame{.t_exposure_mid = mid_exposure(*frame), .sequence = frame->sequence, .image = frame->image};
 }
 
-std::array<std::uint64_t, kCameraFaults.size()> CameraTask::faults() const {
+std::array<FaultCounter, kCameraFaults.size()> CameraTask::faults() const {
   const CameraHealth& port = port_.health();
   // The driver of the sensor looks closer than the port.
   const ov7251::Counters sensor = ov7251_ ? ov7251_->protocol().counters() : ov7251::Counters{};
   return {port.damaged,
           port.malformed,
-          counters_.wrong_size + sensor.wrong_size,
-          counters_.repeated + sensor.repeated,
+          sum(sensor.wrong_size, counters_.wrong_size),
+          sum(sensor.repeated, counters_.repeated),
           ov7251_ ? sensor.lost : port.missed,
           ov7251_ ? sensor.out_of_order : port.out_of_order,
           port.stamps_mended,
           port.restarts,
-          sensor.refused,
-          counters_.no_slot};
+          {sensor.refused, sensor.refused > 0 ? port_.last_error() : 0},
+          counters_.no_slot,
+          away_.counter()};
 }
 
 void CameraTask::accept(const CameraFrame& frame) {
   if (frame.image.width != width_ || frame.image.height != height_) {
-    ++counters_.wrong_size;
+    counters_.wrong_size.add(std::int64_t{frame.image.width} << 32U | frame.image.height);
     return;
   }
   if (is_repeated(frame)) {
-    ++counters_.repeated;
+    counters_.repeated.add(frame.sequence);
     return;
   }
   if (!has_slot_) has_slot_ = rings_.empty.pop(slot_);
   if (!has_slot_) {
-    ++counters_.no_slot;
+    counters_.no_slot.add(frame.sequence);
     return;
   }
   const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid + setup_.shift, .sequence = sequence_++},

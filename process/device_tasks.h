@@ -24,6 +24,22 @@ namespace plumb {
 /// How long a device that is gone is left alone before it is asked again.
 inline constexpr Duration kDevicePause = Duration::from_ms(100);
 
+/// Why a device is away: each reason of the system counts once until it is back.
+class AwayCounter {
+ public:
+  /// `error`: errno, of meaning while it is away.
+  void look(bool is_away, int error) {
+    const int reason = is_away ? error : 0;
+    if (reason != 0 && reason != reason_) counter_.add(reason);
+    reason_ = reason;
+  }
+  const FaultCounter& counter() const { return counter_; }
+
+ private:
+  int reason_ = 0;
+  FaultCounter counter_;
+};
+
 class ImuTask {
  public:
   /// All must outlive the task. `wake_tick`: the tick is driven by the samples.
@@ -35,7 +51,7 @@ class ImuTask {
   /// Any thread.
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
   /// Its own thread, or when that has ended; as in kStim300Faults.
-  std::array<std::uint64_t, kStim300Faults.size()> faults() const;
+  std::array<FaultCounter, kStim300Faults.size()> faults() const;
   /// Any thread. Whether the unit is set up as expected.
   stim300::State state() const { return state_.load(std::memory_order_relaxed); }
 
@@ -50,6 +66,7 @@ class ImuTask {
   stim300::Samples completed_;
   std::atomic<std::uint64_t> samples_{0};
   std::atomic<stim300::State> state_{stim300::State::kUnconfigured};
+  AwayCounter away_;
   DeviceFaultReport<kStim300Faults.size()> report_{FaultyDevice::kStim300, rings_.imu_faults};
 };
 
@@ -61,7 +78,7 @@ class LidarLiteTask {
   void run_once();
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
   /// Its own thread, or when that has ended; as in kLidarLiteFaults.
-  std::array<std::uint64_t, kLidarLiteFaults.size()> faults() const;
+  std::array<FaultCounter, kLidarLiteFaults.size()> faults() const;
 
  private:
   RecordingI2cBus bus_;
@@ -80,7 +97,7 @@ class CanRangeTask {
   void run_once();
   std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
   /// Its own thread, or when that has ended; as in kCanRangeFaults.
-  std::array<std::uint64_t, kCanRangeFaults.size()> faults() const;
+  std::array<FaultCounter, kCanRangeFaults.size()> faults() const;
 
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
@@ -94,7 +111,8 @@ class CanRangeTask {
   Clock& clock_;
   bool started_ = false;
   std::atomic<std::uint64_t> samples_{0};
-  std::uint64_t status_not_sent_ = 0;
+  FaultCounter status_not_sent_;
+  AwayCounter away_;
   DeviceFaultReport<kCanRangeFaults.size()> report_{FaultyDevice::kCanRange, rings_.range_faults};
 };
 
@@ -116,11 +134,11 @@ class CommandTask {
 };
 
 struct CameraTaskCounters {
-  std::uint64_t wrong_size = 0;
+  FaultCounter wrong_size;
   /// The image before once more, by its stamp or by every pixel though it is not of one grey: noise makes that
   /// impossible, so the camera or the link repeats itself. It would look like a standstill.
-  std::uint64_t repeated = 0;
-  std::uint64_t no_slot = 0;  ///< every place in the store was taken: the tick task does not come round
+  FaultCounter repeated;
+  FaultCounter no_slot;  ///< every place in the store was taken: the tick task does not come round
 };
 
 class CameraTask {
@@ -131,7 +149,7 @@ class CameraTask {
   void run_once();
   std::uint64_t images() const { return images_.load(std::memory_order_relaxed); }
   /// Its own thread, or when that has ended; as in kCameraFaults.
-  std::array<std::uint64_t, kCameraFaults.size()> faults() const;
+  std::array<FaultCounter, kCameraFaults.size()> faults() const;
 
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(50);
@@ -158,6 +176,7 @@ class CameraTask {
   std::uint32_t sequence_ = 0;
   Time t_last_ = Time::never();  ///< of the image that message_ holds
   CameraTaskCounters counters_;
+  AwayCounter away_;
   DeviceFaultReport<kCameraFaults.size()> report_{FaultyDevice::kCamera, rings_.camera_faults};
   std::atomic<std::uint64_t> images_{0};
 };

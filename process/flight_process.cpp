@@ -76,6 +76,7 @@ struct FlightProcess::Parts {
   struct LogTask {
     LogWriter& writer;
     Clock& clock;
+    const LcmLogWriter* file;  ///< null: the flight is not logged
     DeviceFaultReport<kLogFaults.size()> report{FaultyDevice::kLog, sensor_rings().log_faults};
     void run_once() {
       constexpr Duration kPeriod = Duration::from_ms(10);
@@ -84,7 +85,9 @@ struct FlightProcess::Parts {
       report.look(now, faults());
       clock.wait_until(clock.now() + kPeriod);
     }
-    std::array<std::uint64_t, kLogFaults.size()> faults() const { return {writer.dropped(), writer.refused()}; }
+    std::array<FaultCounter, kLogFaults.size()> faults() const {
+      return {writer.dropped(), {writer.refused(), file == nullptr ? 0 : file->error()}};
+    }
   };
 
   static constexpr std::size_t kStackBytes = std::size_t{128} << 10;
@@ -200,7 +203,7 @@ void FlightProcess::Parts::put_together() {
                 kImageHeaderBytes + FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight);
   LogSink& file = log_file == nullptr ? static_cast<LogSink&>(no_sink) : *log_file;
   writer.emplace(file, std::vector{&imu_log.log, &range_log.log, &camera_log.log, &nav_log.log}, tick_log.log);
-  log_task.emplace(*writer, clock(FlightThread::kLog));
+  log_task.emplace(*writer, clock(FlightThread::kLog), log_file.get());
   SensorRings& rings = sensor_rings();
   NavLink& link = nav_link();
   Clock& tick_clock = clock(FlightThread::kTick);

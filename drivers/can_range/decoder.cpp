@@ -1,5 +1,6 @@
 #include "drivers/can_range/decoder.h"
 
+#include <bit>
 #include <cmath>
 
 namespace plumb::can_range {
@@ -62,7 +63,7 @@ Result<Reading> Decoder::decode_dronecan(const ReceivedCanFrame& received) {
   reading.sample.t = measured_at(measured->t_first_frame, kExtendedFrameBits + 8 * static_cast<int>(kCanMaxDataBytes));
   if (message.reading_type == ReadingType::kValid) {
     if (!std::isfinite(message.range_m) || message.range_m <= 0.0) {
-      ++counters_.malformed;
+      counters_.malformed.add(std::bit_cast<std::int64_t>(message.range_m));
       return Status::kRejected;
     }
     reading.sample.range_m = message.range_m;
@@ -77,7 +78,7 @@ Result<Reading> Decoder::decode_benewake(const ReceivedCanFrame& received) {
   if (frame.is_extended || frame.id != options_.benewake_id) return Status::kNotReady;
   // TF03: distance, strength, two reserved bytes. TFmini-i: distance, strength, four bytes of its own time.
   if (frame.size != 6 && frame.size != 8) {
-    ++counters_.malformed;
+    counters_.malformed.add(frame.size);
     return Status::kRejected;
   }
   const auto distance_cm = static_cast<std::uint16_t>(frame.bytes[0] | frame.bytes[1] << 8U);

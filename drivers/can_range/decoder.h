@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "drivers/can_range/dronecan.h"
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/fixed_vector.h"
 #include "fsw/measurement/samples.h"
 
@@ -30,7 +31,8 @@ struct Counters {
   std::uint32_t ranges = 0;
   std::uint32_t no_returns = 0;  ///< too close and too far included
   std::uint32_t weak = 0;
-  std::uint32_t malformed = 0;      ///< native frames of another size; ranges that are no positive number
+  /// Native frames of another size, which is the value; ranges that are no positive number, whose value is their bits.
+  FaultCounter malformed;
   std::uint32_t other_sensors = 0;  ///< sound messages of sensors not listened to
 };
 

@@ -26,6 +26,10 @@ constexpr std::uint64_t kMeasurementSignature = 0x68FF'FE70'FC77'1952;
 constexpr std::uint16_t kCrcSeed = crc_of_signature(kMeasurementSignature);
 static_assert(kCrcSeed == 0x049C);
 
+// What is told of a frame that is wrong: its identifier, and in the lowest 8 bits its tail or its size.
+std::int64_t head_and_tail(const CanFrame& frame) { return std::int64_t{frame.id} << 8U | frame.data().back(); }
+std::int64_t head_and_size(const CanFrame& frame) { return std::int64_t{frame.id} << 8U | frame.size; }
+
 std::uint16_t little_endian(std::uint8_t low, std::uint8_t high) {
   return static_cast<std::uint16_t>(low | high << 8U);
 }
@@ -74,19 +78,19 @@ MeasurementTransfers::Node& MeasurementTransfers::node_of(std::uint8_t id) {
     if (node.id == id) return node;
     if (node.id == 0 ? oldest->id != 0 : (oldest->id != 0 && node.t_first < oldest->t_first)) oldest = &node;
   }
-  if (oldest->id != 0) ++counters_.nodes_forgotten;
+  if (oldest->id != 0) counters_.nodes_forgotten.add(oldest->id);
   *oldest = Node{};
   oldest->id = id;
   return *oldest;
 }
 
-void MeasurementTransfers::begin(Node& node, std::uint8_t transfer_id, Time t) {
-  if (node.active) ++counters_.abandoned;
+void MeasurementTransfers::begin(Node& node, const ReceivedCanFrame& received) {
+  if (node.active) counters_.abandoned.add(head_and_tail(received.frame));
   node.active = true;
-  node.transfer_id = transfer_id;
+  node.transfer_id = received.frame.data().back() & kTailTransferId;
   node.toggle = 0;
   node.size = 0;
-  node.t_first = t;
+  node.t_first = received.t;
 }
 
 Result<ReceivedMeasurement> MeasurementTransfers::on_frame(const ReceivedCanFrame& received) {
@@ -96,7 +100,7 @@ Result<ReceivedMeasurement> MeasurementTransfers::on_frame(const ReceivedCanFram
   const auto source = static_cast<std::uint8_t>(frame.id & kMaxNodeId);
   // The message takes several frames, which an anonymous node may not send, and a tail alone says nothing.
   if (source == 0 || frame.size < 2 || frame.size > kCanMaxDataBytes) {
-    ++counters_.malformed;
+    counters_.malformed.add(head_and_size(frame));
     return Status::kNotReady;
   }
   const std::size_t size = frame.size - std::size_t{1};
@@ -104,54 +108,56 @@ Result<ReceivedMeasurement> MeasurementTransfers::on_frame(const ReceivedCanFram
   const std::uint8_t transfer_id = tail & kTailTransferId;
   const bool last = (tail & kTailEnd) != 0;
   Node& node = node_of(source);
-  if ((tail & kTailStart) != 0) begin(node, transfer_id, received.t);
+  if ((tail & kTailStart) != 0) begin(node, received);
   if (!node.active) {
-    ++counters_.orphans;
+    counters_.orphans.add(head_and_tail(frame));
     return Status::kNotReady;
   }
   if (transfer_id != node.transfer_id || received.t - node.t_first > kMaxTransfer) {
     node.active = false;
-    ++counters_.abandoned;
+    counters_.abandoned.add(head_and_tail(frame));
     return Status::kNotReady;
   }
   // A frame that comes twice has the toggle of the one before; the transfer goes on with the one that is due.
   if ((tail & kTailToggle) != node.toggle) {
-    ++counters_.wrong_toggle;
+    counters_.wrong_toggle.add(head_and_tail(frame));
     return Status::kNotReady;
   }
   const bool full = frame.size == kCanMaxDataBytes;
   if ((!last && !full) || size > node.bytes.size() - node.size) {
     node.active = false;
-    ++counters_.malformed;
+    counters_.malformed.add(head_and_size(frame));
     return Status::kNotReady;
   }
   std::copy_n(frame.bytes.begin(), size, node.bytes.begin() + static_cast<std::ptrdiff_t>(node.size));
   node.size += size;
   node.toggle ^= kTailToggle;
-  return last ? finish(node, received.t) : Result<ReceivedMeasurement>(Status::kNotReady);
+  return last ? finish(node, received) : Result<ReceivedMeasurement>(Status::kNotReady);
 }
 
-Result<ReceivedMeasurement> MeasurementTransfers::finish(Node& node, Time t) {
+Result<ReceivedMeasurement> MeasurementTransfers::finish(Node& node, const ReceivedCanFrame& received) {
   node.active = false;
   if (node.size != node.bytes.size()) {
-    ++counters_.malformed;
+    counters_.malformed.add(head_and_size(received.frame));
     return Status::kNotReady;
   }
   std::array<std::uint8_t, kMeasurementBytes> payload{};
   std::copy_n(node.bytes.begin() + kCrcBytes, kMeasurementBytes, payload.begin());
   std::uint16_t crc = kCrcSeed;
   for (const std::uint8_t byte : payload) crc = crc16(crc, byte);
-  if (crc != little_endian(node.bytes[0], node.bytes[1])) {
-    ++counters_.crc_errors;
+  const std::uint16_t crc_told = little_endian(node.bytes[0], node.bytes[1]);
+  if (crc != crc_told) {
+    counters_.crc_errors.add(crc_told << 16U | crc);
     return Status::kNotReady;
   }
-  const Duration since = t - node.t_complete;
+  const Duration since = received.t - node.t_complete;
   const bool again = node.complete_id == node.transfer_id && since < kMaxTransfer;
-  if (!again && since < kMaxCounted) counters_.missing += (node.transfer_id - node.complete_id - 1U) & kTailTransferId;
+  const unsigned missing = (node.transfer_id - node.complete_id - 1U) & kTailTransferId;
+  if (!again && since < kMaxCounted && missing > 0) counters_.missing.add(missing, missing);
   node.complete_id = node.transfer_id;
-  node.t_complete = t;
+  node.t_complete = received.t;
   if (again) {
-    ++counters_.duplicates;
+    counters_.duplicates.add(head_and_tail(received.frame));
     return Status::kNotReady;
   }
   ++counters_.transfers;

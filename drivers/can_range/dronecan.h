@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/status.h"
 #include "fsw/base/time.h"
 #include "hal/include/can_socket.h"
@@ -47,16 +48,17 @@ MeasurementMessage decode_measurement(const std::array<std::uint8_t, kMeasuremen
 /// IEEE 754 binary16.
 double half_to_double(std::uint16_t half);
 
+/// What values mean, kCanRangeFaults tells (fsw/events/device_faults.h).
 struct TransferCounters {
-  std::uint32_t transfers = 0;        ///< complete and sound
-  std::uint32_t crc_errors = 0;       ///< transfers whose checksum is wrong
-  std::uint32_t malformed = 0;        ///< frames that no Measurement has: size, tail, anonymous source
-  std::uint32_t wrong_toggle = 0;     ///< frames out of turn: one was lost or doubled
-  std::uint32_t orphans = 0;          ///< frames of transfers whose first frame was not seen
-  std::uint32_t abandoned = 0;        ///< transfers begun and never finished
-  std::uint32_t duplicates = 0;       ///< transfers that had been received already
-  std::uint32_t missing = 0;          ///< transfers of which no sound one came, by the ids before and after
-  std::uint32_t nodes_forgotten = 0;  ///< more nodes than there is room for
+  std::uint32_t transfers = 0;   ///< complete and sound
+  FaultCounter crc_errors;       ///< transfers whose checksum is wrong
+  FaultCounter malformed;        ///< frames that no Measurement has: size, tail, anonymous source
+  FaultCounter wrong_toggle;     ///< frames out of turn: one was lost or doubled
+  FaultCounter orphans;          ///< frames of transfers whose first frame was not seen
+  FaultCounter abandoned;        ///< transfers begun and never finished
+  FaultCounter duplicates;       ///< transfers that had been received already
+  FaultCounter missing;          ///< transfers of which no sound one came, by the ids before and after
+  FaultCounter nodes_forgotten;  ///< more nodes than there is room for
 };
 
 struct ReceivedMeasurement {
@@ -96,8 +98,8 @@ class MeasurementTransfers {
   };
 
   Node& node_of(std::uint8_t id);
-  void begin(Node& node, std::uint8_t transfer_id, Time t);
-  Result<ReceivedMeasurement> finish(Node& node, Time t);
+  void begin(Node& node, const ReceivedCanFrame& received);
+  Result<ReceivedMeasurement> finish(Node& node, const ReceivedCanFrame& received);
 
   std::array<Node, kMaxNodes> nodes_{};
   TransferCounters counters_;

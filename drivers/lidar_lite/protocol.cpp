@@ -42,14 +42,14 @@ void Protocol::start_measurement(Time now) {
   const bool first = t_schedule_ == Time::never();
   t_schedule_ = t_schedule_ + options_.period;
   if (now - t_schedule_ < options_.period) return;
-  if (!first) ++counters_.late;
+  if (!first) counters_.late.add((now - t_schedule_).ns());
   t_schedule_ = now;
 }
 
 Request Protocol::next(Time now) {
   if (now < wake_) return {};
   if (step_ > Step::kCommand && now - t_command_ > kMaxAcquisition) {
-    ++counters_.busy_timeouts;
+    counters_.busy_timeouts.add(status_);
     reset_device(now);
     if (now < wake_) return {};
   }
@@ -133,13 +133,13 @@ void Protocol::on_read(const Transfer& transfer) {
       go(Step::kPreset, t);
       return;
     }
-    ++counters_.wrong_model;
+    counters_.wrong_model.add(value);
   } else if (step_ == Step::kVerify) {
     if (value == table_.preset.front().value) {
       go(Step::kCommand, t);
       return;
     }
-    ++counters_.verify_failures;
+    counters_.verify_failures.add(value);
   }
   reset_device(t);
 }
@@ -147,7 +147,8 @@ void Protocol::on_read(const Transfer& transfer) {
 void Protocol::on_measurement_read(const Transfer& transfer) {
   const Time t = transfer.t_stop;
   if (step_ == Step::kStatus) {
-    const bool busy = transfer.bytes.empty() || (transfer.bytes[0] & kStatusBusy) != 0;
+    if (!transfer.bytes.empty()) status_ = transfer.bytes[0];
+    const bool busy = transfer.bytes.empty() || (status_ & kStatusBusy) != 0;
     go(busy ? Step::kStatus : Step::kDistance, busy ? t + kPollPeriod : t);
   } else if (step_ == Step::kDistance) {
     go(Step::kStrength, t);
@@ -160,7 +161,7 @@ Result<RangeSample> Protocol::on_measurement(const Measurement& measurement, Tim
   const bool useless = interpreted.verdict == Verdict::kNoReading || interpreted.distance_cm == 0;
   if (useless) {
     if (++zeros_in_a_row_ >= kMaxZerosInARow) {
-      ++counters_.stuck;
+      counters_.stuck.add(interpreted.distance_cm);
       reset_device(now);
     }
   } else {
@@ -171,7 +172,7 @@ Result<RangeSample> Protocol::on_measurement(const Measurement& measurement, Tim
     case Verdict::kRange: ++counters_.ranges; break;
     case Verdict::kNoReturn: ++counters_.no_returns; break;
     case Verdict::kWeak: ++counters_.weak; break;
-    case Verdict::kNoReading: ++counters_.not_ready; return Status::kNotReady;
+    case Verdict::kNoReading: counters_.not_ready.add(interpreted.distance_cm); return Status::kNotReady;
   }
   return to_sample(interpreted, measurement.t);
 }

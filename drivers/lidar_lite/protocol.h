@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "drivers/lidar_lite/capture.h"
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/status.h"
 #include "fsw/base/time.h"
 #include "fsw/measurement/samples.h"
@@ -37,19 +38,19 @@ inline constexpr Duration kMaxBackOffPause = kResetPause * (1 << (kMaxBackOff - 
 inline constexpr int kMaxFailuresInARow = 10;
 inline constexpr int kMaxZerosInARow = 20;
 
-/// What the driver has met since it was made.
+/// What the driver has met since it was made. What values mean, kLidarLiteFaults tells (fsw/events/device_faults.h).
 struct Counters {
   std::uint32_t ranges = 0;
   std::uint32_t no_returns = 0;
   std::uint32_t weak = 0;
-  std::uint32_t not_ready = 0;         ///< a distance with its top bit set: no sample
+  FaultCounter not_ready;              ///< a distance with its top bit set: no sample
   std::uint32_t not_acknowledged = 0;  ///< transfers that failed; a busy device may refuse some
-  std::uint32_t busy_timeouts = 0;
-  std::uint32_t stuck = 0;  ///< runs of kMaxZerosInARow distances that were zero or not ready
-  std::uint32_t wrong_model = 0;
-  std::uint32_t verify_failures = 0;  ///< a preset that did not read back
-  std::uint32_t resets = 0;           ///< that were acknowledged; the first, at start-up, included
-  std::uint32_t late = 0;             ///< periods that were left out because the last measurement took too long
+  FaultCounter busy_timeouts;
+  FaultCounter stuck;  ///< runs of kMaxZerosInARow distances that were zero or not ready
+  FaultCounter wrong_model;
+  FaultCounter verify_failures;  ///< a preset that did not read back
+  std::uint32_t resets = 0;      ///< that were acknowledged; the first, at start-up, included
+  FaultCounter late;             ///< periods that were left out because the last measurement took too long
 };
 
 struct Request {
@@ -103,6 +104,7 @@ class Protocol {
   Time t_schedule_;  ///< when the last command was due
   Time t_command_;
   std::uint64_t commands_ = 0;
+  std::uint8_t status_ = 0;  ///< the last that was read
   int failures_in_a_row_ = 0;
   int zeros_in_a_row_ = 0;
   int back_off_ = 0;

@@ -101,17 +101,17 @@ std::uint32_t Protocol::frames_since_last(const PortFrame& frame) const {
 
 Result<CameraFrame> Protocol::on_frame(const PortFrame& frame) {
   if (frame.image.width != kWidth || frame.image.height != kHeight) {
-    ++counters_.wrong_size;
+    counters_.wrong_size.add(std::int64_t{frame.image.width} << 32U | frame.image.height);
     return Status::kRejected;
   }
   frame_exposure_ = exposure_of(frame);
   const Time middle = middle_of(frame);
   if (has_last_ && (frame.t <= last_stamp_ || middle <= last_middle_)) {
-    ++counters_.out_of_order;
+    counters_.out_of_order.add(frame.sequence);
     return Status::kOutOfOrder;
   }
   const std::uint32_t step = has_last_ ? frames_since_last(frame) : 1;
-  counters_.lost += step - 1;
+  if (step > 1) counters_.lost.add(step - 1, step - 1);
   sequence_ = has_last_ ? sequence_ + step : frame.sequence;
   last_stamp_ = frame.t;
   last_end_ = end_of(frame);
@@ -120,14 +120,14 @@ Result<CameraFrame> Protocol::on_frame(const PortFrame& frame) {
   const bool has_last_image = has_last_;
   has_last_ = true;
   if (frame.damaged) {
-    ++counters_.damaged;
+    counters_.damaged.add(frame.sequence);
     return Status::kRejected;
   }
   const Brightness brightness = look_at(frame.image);
   const bool repeated = has_last_image && !brightness.flat && brightness.digest == last_digest_;
   last_digest_ = brightness.digest;
   if (repeated) {
-    ++counters_.repeated;
+    counters_.repeated.add(frame.sequence);
     return Status::kRejected;
   }
   adjust(brightness.mean, last_end_);

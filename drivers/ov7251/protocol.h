@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "drivers/ov7251/auto_exposure.h"
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/fixed_vector.h"
 #include "fsw/base/status.h"
 #include "fsw/measurement/samples.h"
@@ -34,15 +35,16 @@ inline constexpr std::int64_t kExposureDelay_frames = 2;
 /// Brightness is sampled at every so many pixels of a row and of a column.
 inline constexpr std::int32_t kBrightnessStep_px = 8;
 
+/// What values mean, kCameraFaults tells (fsw/events/device_faults.h).
 struct Counters {
   std::uint32_t frames = 0;        ///< passed on
-  std::uint32_t lost = 0;          ///< frames of the sensor that did not come, by the time or by the sequence
-  std::uint32_t damaged = 0;       ///< the source says that the image is not whole
-  std::uint32_t wrong_size = 0;    ///< images of another size than the sensor's
-  std::uint32_t out_of_order = 0;  ///< stamped at or before the frame before
+  FaultCounter lost;          ///< frames of the sensor that did not come, by the time or by the sequence
+  FaultCounter damaged;       ///< the source says that the image is not whole
+  FaultCounter wrong_size;    ///< images of another size than the sensor's
+  FaultCounter out_of_order;  ///< stamped at or before the frame before
   /// Images equal to the one before in every pixel that was looked at, although not black or white all over: noise
   /// makes that impossible, so the sensor or the link repeats itself.
-  std::uint32_t repeated = 0;
+  FaultCounter repeated;
   std::uint32_t unstamped = 0;  ///< passed on with the time of arrival, less `arrival_delay`, for want of a stamp
   std::uint32_t exposures = 0;  ///< changes of exposure that the camera took
   std::uint32_t refused = 0;    ///< changes that it did not take

@@ -103,10 +103,14 @@ std::uint32_t checksum(std::span<const std::uint8_t> bytes) {
   return crc;
 }
 
-bool checksum_holds(std::span<const std::uint8_t> datagram) {
+std::uint32_t checksum_told(std::span<const std::uint8_t> datagram) {
   PLUMB_ASSERT(datagram.size() > kChecksumBytes);
-  const std::size_t covered = datagram.size() - kChecksumBytes;
-  return checksum(datagram.first(covered)) == unsigned_at(datagram, covered, kChecksumBytes);
+  return unsigned_at(datagram, datagram.size() - kChecksumBytes, kChecksumBytes);
+}
+
+bool checksum_holds(std::span<const std::uint8_t> datagram) {
+  const std::uint32_t told = checksum_told(datagram);
+  return checksum(datagram.first(datagram.size() - kChecksumBytes)) == told;
 }
 
 bool is_whole(std::span<const std::uint8_t> bytes, Kind kind) {

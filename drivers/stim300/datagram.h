@@ -51,6 +51,8 @@ const Layout& layout_of(std::uint8_t identifier);
 
 /// CRC-32/MPEG-2 (section 5.5.7) over the bytes and as many zeros as fill the last 32-bit word.
 std::uint32_t checksum(std::span<const std::uint8_t> bytes);
+/// The checksum that a datagram ends with. Precondition: more than four bytes.
+std::uint32_t checksum_told(std::span<const std::uint8_t> datagram);
 /// Whether the last four bytes are the checksum of those before. Precondition: more than four bytes.
 bool checksum_holds(std::span<const std::uint8_t> datagram);
 /// Whether the bytes are one datagram of this kind, of the right size and with a checksum that holds.

@@ -44,7 +44,7 @@ bool Framer::step(Frame& frame) {
     const std::size_t size = layout_of(identifier_).size;
     if (window() < size) return false;
     if (take(size, frame)) return true;
-    ++counters_.checksum_errors;
+    on_wrong_checksum(size);
     give_up_first();
     return false;
   }
@@ -53,8 +53,7 @@ bool Framer::step(Frame& frame) {
     if (layout_of(bytes_[scan_ - size]).size == size && take(size, frame)) return true;
   }
   if (window() > kMaxDatagramBytes) {
-    ++begin_;
-    ++counters_.skipped_bytes;
+    skip(1);
     aligned_ = false;
   }
   return false;
@@ -78,7 +77,7 @@ bool Framer::expecting() const { return aligned_ && identifier_ != 0 && bytes_[b
 bool Framer::take(std::size_t size, Frame& frame) {
   const std::span<const std::uint8_t> candidate(bytes_.data() + scan_ - size, size);
   if (!checksum_holds(candidate)) return false;
-  counters_.skipped_bytes += window() - size;
+  if (window() > size) skip(window() - size);
   ++counters_.datagrams;
   frame = {.bytes = candidate, .t_end = arrivals_[scan_ - 1]};
   if (layout_of(candidate[0]).kind == Kind::kNormal) identifier_ = candidate[0];
@@ -88,9 +87,20 @@ bool Framer::take(std::size_t size, Frame& frame) {
   return true;
 }
 
+void Framer::on_wrong_checksum(std::size_t size) {
+  const std::span<const std::uint8_t> failed(bytes_.data() + begin_, size);
+  const std::uint64_t right = checksum(failed.first(size - kChecksumBytes));
+  counters_.checksum_errors.add(static_cast<std::int64_t>(std::uint64_t{checksum_told(failed)} << 32U | right));
+}
+
+void Framer::skip(std::size_t count) {
+  begin_ += count;
+  counters_.skipped_bytes.add(bytes_[begin_ - 1], count);
+}
+
 void Framer::give_up_first() {
-  scan_ = ++begin_;  // what follows is looked at anew
-  ++counters_.skipped_bytes;
+  skip(1);
+  scan_ = begin_;  // what follows is looked at anew
   aligned_ = false;
   line_end_ = LineEnd::kNone;
 }

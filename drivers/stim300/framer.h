@@ -12,6 +12,7 @@
 #include <span>
 
 #include "drivers/stim300/datagram.h"
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/time.h"
 
 namespace plumb::stim300 {
@@ -24,8 +25,10 @@ struct Frame {
 struct FramerCounters {
   std::uint64_t bytes = 0;
   std::uint64_t datagrams = 0;
-  std::uint64_t checksum_errors = 0;  ///< began like the datagrams before, right where the last one ended, and failed
-  std::uint64_t skipped_bytes = 0;    ///< belonged to no datagram; CR LF after one is not counted
+  /// Began like the datagrams before, right where the last one ended, and failed. Value: the checksum that came and the
+  /// one that is right, 32 bits each.
+  FaultCounter checksum_errors;
+  FaultCounter skipped_bytes;  ///< belonged to no datagram; CR LF after one is not counted. Value: the last of them
 };
 
 class Framer {
@@ -51,6 +54,8 @@ class Framer {
   bool is_line_end(std::uint8_t byte);
   bool expecting() const;
   bool take(std::size_t size, Frame& frame);
+  void on_wrong_checksum(std::size_t size);
+  void skip(std::size_t count);
   void give_up_first();
   std::size_t window() const { return scan_ - begin_; }
 

@@ -65,7 +65,7 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
   const SampleClock::Tick tick =
       clock_.update(datagram.counter, t_first_byte - Duration::from_us(datagram.latency_us), t_silent_);
   if (!tick.first && tick.elapsed == 0) {
-    ++counters_.duplicates;
+    counters_.duplicates.add(datagram.counter);
     return Status::kRejected;
   }
   if (!tick.first) count_step(tick.elapsed);
@@ -73,7 +73,7 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
   if (!is_usable_datagram(datagram, tick.t)) return Status::kRejected;
   // The clock steps back when it learns that what it went by was late.
   if (tick.t <= t_last_reading_) {
-    ++counters_.out_of_order;
+    counters_.out_of_order.add((t_last_reading_ - tick.t).ns());
     return Status::kOutOfOrder;
   }
   t_last_reading_ = tick.t;
@@ -83,7 +83,7 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
                      .accel_m_s2 = scaled(datagram[ClusterId::kAccel], accel_scale_m_s2(actual_))},
                     t_unit_);
   if (!sample) {
-    ++counters_.unaligned;
+    counters_.unaligned.add(datagram.counter);
     return sample;
   }
   ++counters_.samples;
@@ -92,33 +92,36 @@ Result<ImuSample> Protocol::on_normal(const Frame& frame) {
 
 void Protocol::count_step(std::int64_t elapsed) {
   const std::int64_t step = kInternalRate_hz / actual_.rate_hz;
-  if (elapsed % step != 0) ++counters_.slips;
-  if (elapsed > step) counters_.missing += static_cast<std::uint64_t>(elapsed / step - 1);
+  if (elapsed % step != 0) counters_.slips.add(elapsed);
+  if (elapsed > step) counters_.missing.add(elapsed, static_cast<std::uint64_t>(elapsed / step - 1));
 }
 
 bool Protocol::is_usable_datagram(const Datagram& datagram, Time t) {
   if (state_ != State::kConfigured) {
-    ++counters_.unconfigured;
+    counters_.unconfigured.add(static_cast<std::int64_t>(differences_.size()));
     return false;
   }
-  const unsigned status = datagram[ClusterId::kGyro].status | datagram[ClusterId::kAccel].status;
+  const unsigned gyro = datagram[ClusterId::kGyro].status;
+  const unsigned accel = datagram[ClusterId::kAccel].status;
+  const unsigned status = gyro | accel;
+  const std::int64_t both = gyro << 8U | accel;
   if ((status & kStatusStarting) != 0) {
-    ++counters_.starting;
+    counters_.starting.add(both);
     return false;
   }
   if ((status & (kStatusIntegrity | kStatusChannel)) != 0 || !datagram.layout.has(ClusterId::kAccel)) {
-    ++counters_.faulty;
+    counters_.faulty.add(both);
     return false;
   }
   if (is_stuck(datagram)) {
-    ++counters_.stuck;
+    counters_.stuck.add(datagram[ClusterId::kGyro].raw[0]);
     return false;
   }
   if (is_overloaded(status, t)) {
-    ++counters_.overloads;
+    counters_.overloads.add(both);
     return false;
   }
-  if ((status & kStatusCondition) != 0) ++counters_.conditions;
+  if ((status & kStatusCondition) != 0) counters_.conditions.add(both);
   return true;
 }
 

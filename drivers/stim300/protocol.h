@@ -13,28 +13,30 @@
 #include "drivers/stim300/delay_aligner.h"
 #include "drivers/stim300/framer.h"
 #include "drivers/stim300/sample_clock.h"
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/fixed_vector.h"
 #include "fsw/measurement/samples.h"
 
 namespace plumb::stim300 {
 
-/// What became of the normal datagrams, since the protocol was made. FramerCounters has what was no datagram.
+/// What became of the normal datagrams, since the protocol was made. FramerCounters has what was no datagram. What their
+/// values mean, kStim300Faults tells (fsw/events/device_faults.h).
 struct Counters {
   std::uint64_t samples = 0;
   // Reasons for which a datagram became no sample, in the order in which they are asked for:
-  std::uint64_t duplicates = 0;    ///< its counter did not move
-  std::uint64_t unconfigured = 0;  ///< the configuration is not known yet, or refused
-  std::uint64_t starting = 0;      ///< the start-up bit was set, as it is for the first seconds after power-on
-  std::uint64_t faulty = 0;  ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
-  std::uint64_t stuck = 0;   ///< all six numbers the same for kMaxRepeats datagrams and longer
+  FaultCounter duplicates;    ///< its counter did not move
+  FaultCounter unconfigured;  ///< the configuration is not known yet, or refused
+  FaultCounter starting;      ///< the start-up bit was set, as it is for the first seconds after power-on
+  FaultCounter faulty;        ///< an integrity or channel error of gyros or accelerometers, or no accelerometer sent
+  FaultCounter stuck;         ///< all six numbers the same for kMaxRepeats datagrams and longer
   /// An axis was beyond its range, or has been within kCalm several times: see kShock.
-  std::uint64_t overloads = 0;
-  std::uint64_t unaligned = 0;     ///< not enough was remembered to join the two sensors: the first after a gap
-  std::uint64_t out_of_order = 0;  ///< stamped at or before the last sample
-  std::uint64_t conditions = 0;    ///< samples that were used all the same: outside operating conditions
+  FaultCounter overloads;
+  FaultCounter unaligned;     ///< not enough was remembered to join the two sensors: the first after a gap
+  FaultCounter out_of_order;  ///< stamped at or before the last sample
+  FaultCounter conditions;    ///< samples that were used all the same: outside operating conditions
   // What the counter tells:
-  std::uint64_t missing = 0;   ///< datagrams that never came, those replaced by special ones included
-  std::uint64_t slips = 0;     ///< steps of the counter that are no whole number of datagrams
+  FaultCounter missing;        ///< datagrams that never came, those replaced by special ones included
+  FaultCounter slips;          ///< steps of the counter that are no whole number of datagrams
   std::uint64_t restarts = 0;  ///< the unit was switched on or reset: it told its part number
 };
 

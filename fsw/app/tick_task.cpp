@@ -101,10 +101,10 @@ void TickTask::tell_of_devices() {
   DeviceFault fault;
   for (DeviceFaultRing* ring : {&rings_.imu_faults, &rings_.camera_faults, &rings_.range_faults, &rings_.log_faults}) {
     for (std::size_t i = 0; i < DeviceFaultRing::capacity() && ring->pop(fault); ++i) {
-      tell({.id = EventId::kDeviceFaults,
+      tell({.id = EventId::kDeviceFault,
             .t = gate_.frame().t,
             .arguments = {static_cast<std::int64_t>(fault.device), fault.counter,
-                          static_cast<std::int64_t>(fault.count), static_cast<std::int64_t>(fault.before)}});
+                          static_cast<std::int64_t>(fault.count.count), fault.count.value}});
     }
   }
 }

@@ -23,7 +23,8 @@ enum class EventId : std::uint16_t {
   kImageSkipped = 4,       ///< tick, sequence of the image, images skipped so far, kept back
   kNavMissed = 5,          ///< tick, frames missed so far, 0, kept back
   kParametersDamaged = 6,  ///< whose (0 tick, 1 nav), ParamDamage (fsw/params/param_store.h), 0, 0
-  kDeviceFaults = 7,       ///< device and counter (fsw/events/device_faults.h), its count now and when it was last told
+  kDeviceFaults = 7,       ///< no longer told: as the next, with the count that was last told in place of the value
+  kDeviceFault = 8,        ///< device, counter (fsw/events/device_faults.h), its count so far, last value (0: none)
   // From here on a function of the input frames, told at every occurrence: a replay tells the same.
   kModeChanged = 16,    ///< NavMode before and now, conditions that hold (fsw/modes/mode_machine.h), resets so far
   kSensorChanged = 17,  ///< Sensor, SensorState before and now, samples refused in a row

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "fsw/base/fault_counter.h"
 #include "fsw/base/status.h"
 #include "fsw/base/time.h"
 #include "fsw/measurement/samples.h"
@@ -51,13 +52,15 @@ struct PortFrame {
 };
 
 struct CameraHealth {
-  std::uint32_t received = 0;       ///< frames returned, damaged ones included
-  std::uint32_t missed = 0;         ///< sequence numbers left out between two frames
-  std::uint32_t out_of_order = 0;   ///< frames whose sequence number was not above the last; returned all the same
-  std::uint32_t damaged = 0;        ///< returned with `damaged` set
-  std::uint32_t malformed = 0;      ///< of another size or format than agreed on: not returned
-  std::uint32_t stamps_mended = 0;  ///< stamps by another clock, in the future or too old: CameraStamp::kArrival
-  std::uint32_t restarts = 0;       ///< returns after the camera was gone
+  std::uint32_t received = 0;  ///< frames returned, damaged ones included
+  FaultCounter missed;         ///< sequence numbers left out between two frames. Value: how many the last time
+  /// Frames whose sequence number, the value, was not above the last; returned all the same.
+  FaultCounter out_of_order;
+  FaultCounter damaged;    ///< returned with `damaged` set. Value: sequence number
+  FaultCounter malformed;  ///< of another size or format than agreed on: not returned. Value: bytes
+  /// Stamps by another clock, in the future or too old: CameraStamp::kArrival. Value: age that the stamp told [ns].
+  FaultCounter stamps_mended;
+  std::uint32_t restarts = 0;  ///< returns after the camera was gone
 };
 
 class CameraPort {

@@ -112,7 +112,7 @@ void LinuxCanSocket::back_on_bus() {
 }
 
 void LinuxCanSocket::on_error_frame(const can_frame& frame) {
-  ++health_.error_frames;
+  health_.error_frames.add(std::int64_t{frame.can_id & CAN_ERR_MASK} << 8U | frame.data[1]);
   if ((frame.can_id & CAN_ERR_RESTARTED) != 0) back_on_bus();
   if ((frame.can_id & CAN_ERR_BUSOFF) != 0) {
     if (health_.state != CanState::kBusOff) ++health_.bus_offs;
@@ -150,7 +150,7 @@ Time LinuxCanSocket::stamp(msghdr& message) {
     }
   }
   if (stamp <= now && stamp >= now - kOldestStamp) return stamp;
-  ++health_.stamps_mended;
+  health_.stamps_mended.add((now - stamp).ns());
   return now;
 }
 

@@ -140,7 +140,7 @@ Result<PortFrame> FrameSocket::take() {
       return frame;
     }
   }
-  stream_.on_malformed();
+  stream_.on_malformed(message.size());
   return Status::kInvalidValue;
 }
 

@@ -2,6 +2,7 @@
 // What the implementations of CameraPort do alike: judge a frame's stamp, count what is missing, refuse exposures.
 
 #include <cmath>
+#include <cstddef>
 
 #include "hal/include/camera_port.h"
 
@@ -24,21 +25,21 @@ class FrameStream {
     start();
     ++health_.restarts;
   }
-  void on_malformed() { ++health_.malformed; }
+  void on_malformed(std::size_t bytes) { health_.malformed.add(static_cast<std::int64_t>(bytes)); }
   /// Counts the frame, taken at `now`. `on_flight_clock`: the source says that `frame.t` is by the flight clock; where
   /// that cannot be, `now` takes its place.
   void on_frame(PortFrame& frame, bool on_flight_clock, Time now) {
     if (!on_flight_clock || frame.t > now || frame.t < now - kOldestStamp) {
+      health_.stamps_mended.add((now - frame.t).ns());
       frame.t = now;
       frame.stamp = CameraStamp::kArrival;
-      ++health_.stamps_mended;
     }
     const auto step = static_cast<std::int32_t>(frame.sequence - last_sequence_);  // right across the wrap
-    if (!is_first_ && step <= 0) ++health_.out_of_order;
-    if (!is_first_ && step > 1) health_.missed += static_cast<std::uint32_t>(step - 1);
+    if (!is_first_ && step <= 0) health_.out_of_order.add(frame.sequence);
+    if (!is_first_ && step > 1) health_.missed.add(step - 1, static_cast<std::uint32_t>(step - 1));
     is_first_ = false;
     last_sequence_ = frame.sequence;
-    if (frame.damaged) ++health_.damaged;
+    if (frame.damaged) health_.damaged.add(frame.sequence);
     ++health_.received;
   }
 

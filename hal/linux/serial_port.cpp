@@ -80,7 +80,7 @@ const char* LinuxSerialPort::connect() {
   if (file_ < 0) return "cannot be opened";
   // Two readers would each get a part of the bytes. TIOCEXCL alone does not keep out the superuser.
   if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
-    errno = 0;  // "temporarily unavailable" would say less
+    errno = EBUSY;  // "temporarily unavailable" would say less
     return "is in use by another program";
   }
   const termios2 wanted = raw_mode(options_);
@@ -100,14 +100,15 @@ bool LinuxSerialPort::come_back() {
   const Time now = clock_now();
   if (now < next_reopen_) return false;
   next_reopen_ = now + kReopenPeriod;
-  const bool back = *connect() == '\0';
-  if (back) {
+  errno = 0;
+  if (*connect() == '\0') {
     ++reopens_;
-  } else if (file_ >= 0) {
-    close(file_);
-    file_ = -1;
+    return true;
   }
-  return back;
+  last_error_ = errno != 0 ? errno : EINVAL;  // another speed or format than asked for
+  if (file_ >= 0) close(file_);
+  file_ = -1;
+  return false;
 }
 
 // Whatever the system refuses once, a new file may be given: an adapter that was pulled out and put back is another one

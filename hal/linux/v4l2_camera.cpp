@@ -138,7 +138,7 @@ Result<PortFrame> V4l2Camera::take() {
   raw.bytes = taken.bytes;
   const Result<ImageView> image = to_grey(raw, unpacked_);
   if (!image) {
-    stream_.on_malformed();
+    stream_.on_malformed(taken.bytes.size());
     return Status::kInvalidValue;
   }
   PortFrame frame{.image = *image,

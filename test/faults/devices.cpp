@@ -138,7 +138,7 @@ Result<PortFrame> SimulatedCamera::receive(Duration) {
   taken_ = std::move(arrived_.front());
   arrived_.pop_front();
   taken_.frame.image.pixels = taken_.pixels.data();
-  if (taken_.frame.damaged) ++health_.damaged;
+  if (taken_.frame.damaged) health_.damaged.add(taken_.frame.sequence);
   return taken_.frame;
 }
 

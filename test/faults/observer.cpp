@@ -57,7 +57,8 @@ std::string words_of(const event_t& event) {
     case EventId::kParametersDamaged:
       return std::string(event.arguments[0] == 0 ? "tick" : "nav") + " parameters " +
              kDamages[static_cast<std::size_t>(event.arguments[1])];
-    case EventId::kDeviceFaults: return fault_words(static_cast<FaultyDevice>(event.arguments[0]), event.arguments[1]);
+    case EventId::kDeviceFaults: break;
+    case EventId::kDeviceFault: return fault_words(static_cast<FaultyDevice>(event.arguments[0]), event.arguments[1]);
     case EventId::kModeChanged: return "mode " + name_in(kModeTable, event.arguments[1]);
     case EventId::kSensorChanged:
       return std::string(kSensorNames[static_cast<std::size_t>(event.arguments[0])]) + " " +

@@ -192,7 +192,7 @@ std::vector<event_t> events_of(const fs::path& log) {
 bool tells(const fs::path& log, std::string_view counter, long count) {
   const std::vector<event_t> events = events_of(log);
   return std::any_of(events.begin(), events.end(), [&](const event_t& said) {
-    return said.id == static_cast<int>(EventId::kDeviceFaults) && said.arguments[0] == 0 &&
+    return said.id == static_cast<int>(EventId::kDeviceFault) && said.arguments[0] == 0 &&
            kStim300Faults.at(static_cast<std::size_t>(said.arguments[1])).name == counter && said.arguments[2] == count;
   });
 }

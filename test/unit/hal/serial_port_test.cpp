@@ -151,7 +151,7 @@ TEST(LinuxSerialPort, RefusesWhatIsNoSerialLine) {
 TEST(LinuxSerialPort, RefusesALineThatIsTaken) {
   const PseudoTerminal line;
   const auto port = open_port(line);
-  EXPECT_EQ(refusal(line.device()), line.device() + ": is in use by another program");
+  EXPECT_EQ(refusal(line.device()), line.device() + ": is in use by another program: Device or resource busy");
 }
 
 // A pseudo-terminal has no parity and silently leaves it off, as some drivers do with speeds.

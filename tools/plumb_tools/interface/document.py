@@ -108,7 +108,7 @@ def _events() -> Iterator[str]:
     rows = ((number, f"`{name}`", arguments) for number, name, arguments in _enumerators(text, "EventId"))
     yield _table(("id", "event", "arguments, in their order"), rows)
     yield _table(("severity", "", "what"), _enumerators(text, "EventSeverity"))
-    yield "Devices and counters of `DeviceFaults`:\n\n" + _output_of("plumb-fsw", "--faults")
+    yield "Devices and counters of `DeviceFault`, and what their last value is:\n\n" + _output_of("plumb-fsw", "--faults")
 
 
 def _output_of(program: str, *words: str) -> str:
