@@ -130,6 +130,10 @@ std::array<FaultCounter, kCanRangeFaults.size()> CanRangeTask::faults() const {
 
 void CommandTask::run_once() {
   const Result<std::span<const std::uint8_t>> message = source_.receive(kReceiveTimeout);
+  if (message.status() == Status::kRejected) {
+    failures_.add(source_.last_error());
+    clock_.wait_until(clock_.now() + kDevicePause);
+  }
   if (!message) return;
   Command command;
   if (ok(decode(*message, command))) {

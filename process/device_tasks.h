@@ -119,18 +119,22 @@ class CanRangeTask {
 /// Receives commands. Not a device, but a thread that only brings something in all the same.
 class CommandTask {
  public:
-  CommandTask(LcmSource& source, SensorRings& rings) : source_(source), rings_(rings) {}
+  CommandTask(LcmSource& source, SensorRings& rings, Clock& clock) : source_(source), rings_(rings), clock_(clock) {}
 
   void run_once();
   /// When its thread has ended. On the channel, but no command.
   std::uint64_t not_commands() const { return not_commands_; }
+  /// When its thread has ended. Failures of LCM, with errno.
+  const FaultCounter& failures() const { return failures_; }
 
  private:
   static constexpr Duration kReceiveTimeout = Duration::from_ms(100);
 
   LcmSource& source_;
   SensorRings& rings_;
+  Clock& clock_;
   std::uint64_t not_commands_ = 0;
+  FaultCounter failures_;
 };
 
 struct CameraTaskCounters {

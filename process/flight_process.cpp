@@ -216,7 +216,7 @@ void FlightProcess::Parts::put_together() {
   if (range_socket != nullptr) {
     can_range.emplace(*range_socket, setup.range, rings, clock(FlightThread::kRange), range_log.log);
   }
-  if (command_lcm != nullptr) command.emplace(*command_lcm, rings);
+  if (command_lcm != nullptr) command.emplace(*command_lcm, rings, clock(FlightThread::kCommand));
   const auto sink = [this](const std::unique_ptr<LcmSink>& lcm) -> TelemetrySink& {
     return lcm == nullptr ? static_cast<TelemetrySink&>(no_sink) : *lcm;
   };
@@ -341,6 +341,10 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   static_cast<unsigned long long>(command->not_commands()),
                   static_cast<unsigned long long>(sensor_rings().commands.overflows()));
     summary.lines.emplace_back(line);
+    if (const FaultCounter& failures = command->failures(); failures > 0) {
+      summary.lines.push_back("channel COMMAND: LCM failed " + std::to_string(failures.count) + " times, the last: " +
+                              std::strerror(static_cast<int>(failures.value)));
+    }
   }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;

@@ -147,7 +147,7 @@ Result<ReceivedMeasurement> MeasurementTransfers::finish(Node& node, const Recei
   for (const std::uint8_t byte : payload) crc = crc16(crc, byte);
   const std::uint16_t crc_told = little_endian(node.bytes[0], node.bytes[1]);
   if (crc != crc_told) {
-    counters_.crc_errors.add(crc_told << 16U | crc);
+    counters_.crc_errors.add(std::int64_t{crc_told} << 16U | crc);
     return Status::kNotReady;
   }
   const Duration since = received.t - node.t_complete;

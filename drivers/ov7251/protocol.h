@@ -37,7 +37,7 @@ inline constexpr std::int32_t kBrightnessStep_px = 8;
 
 /// What values mean, kCameraFaults tells (fsw/events/device_faults.h).
 struct Counters {
-  std::uint32_t frames = 0;        ///< passed on
+  std::uint32_t frames = 0;   ///< passed on
   FaultCounter lost;          ///< frames of the sensor that did not come, by the time or by the sequence
   FaultCounter damaged;       ///< the source says that the image is not whole
   FaultCounter wrong_size;    ///< images of another size than the sensor's

@@ -19,8 +19,8 @@
 
 namespace plumb::stim300 {
 
-/// What became of the normal datagrams, since the protocol was made. FramerCounters has what was no datagram. What their
-/// values mean, kStim300Faults tells (fsw/events/device_faults.h).
+/// What became of the normal datagrams, since the protocol was made. FramerCounters has what was no datagram. What
+/// their values mean, kStim300Faults tells (fsw/events/device_faults.h).
 struct Counters {
   std::uint64_t samples = 0;
   // Reasons for which a datagram became no sample, in the order in which they are asked for:

@@ -56,8 +56,10 @@ struct CameraHealth {
   FaultCounter missed;         ///< sequence numbers left out between two frames. Value: how many the last time
   /// Frames whose sequence number, the value, was not above the last; returned all the same.
   FaultCounter out_of_order;
-  FaultCounter damaged;    ///< returned with `damaged` set. Value: sequence number
-  FaultCounter malformed;  ///< of another size or format than agreed on: not returned. Value: bytes
+  FaultCounter damaged;  ///< returned with `damaged` set. Value: sequence number
+  /// Of another size or format than agreed on: not returned. Value: width and height [px] that it tells, 32 bits each;
+  /// 0 and its bytes where it is no image at all.
+  FaultCounter malformed;
   /// Stamps by another clock, in the future or too old: CameraStamp::kArrival. Value: age that the stamp told [ns].
   FaultCounter stamps_mended;
   std::uint32_t restarts = 0;  ///< returns after the camera was gone
@@ -73,8 +75,9 @@ class CameraPort {
   virtual Result<CameraMode> start(const CameraMode& mode) = 0;
   virtual void stop() = 0;
   /// The oldest frame not taken yet, waiting for one at most `timeout`; zero or less does not wait. kNotReady: none
-  /// came. kRejected: the camera is gone or failed; later calls try to come back by themselves. kOutOfOrder: the stream
-  /// was not started.
+  /// came. kRejected: the camera is gone or failed; later calls try to come back by themselves, and one that does takes
+  /// as long as opening the camera and starting it, beyond `timeout`: the implementation states what bounds that.
+  /// kOutOfOrder: the stream was not started.
   virtual Result<PortFrame> receive(Duration timeout) = 0;
 
   /// Asks for an exposure, which is moved into the camera's limits and steps. Returns what the camera took; images

@@ -50,14 +50,14 @@ enum class CanState : std::uint8_t {
 
 struct CanHealth {
   CanState state = CanState::kActive;
-  std::uint32_t received = 0;      ///< data frames that passed the filters
-  std::uint32_t sent = 0;          ///< data frames handed to the controller
+  std::uint32_t received = 0;  ///< data frames that passed the filters
+  std::uint32_t sent = 0;      ///< data frames handed to the controller
   /// What the controller reported, state changes included. Value: class of the error (linux/can/error.h), and in the
   /// lowest 8 bits what it says of the controller.
   FaultCounter error_frames;
   std::uint32_t bus_offs = 0;
-  std::uint32_t restarts = 0;       ///< returns from bus-off or down
-  std::uint32_t overflows = 0;      ///< frames lost because nobody took them in time
+  std::uint32_t restarts = 0;   ///< returns from bus-off or down
+  std::uint32_t overflows = 0;  ///< frames lost because nobody took them in time
   /// Stamps that no frame can have; the time of reading was taken. Value: age that the stamp told [ns].
   FaultCounter stamps_mended;
 };

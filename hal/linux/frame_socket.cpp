@@ -123,6 +123,7 @@ Result<PortFrame> FrameSocket::take() {
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Status::kNotReady;
   if (size <= 0) return failed(size == 0 ? ENODEV : errno);  // no bytes: the daemon has closed
   const Time now = clock_now();
+  ImageView image_told;
   const auto message = std::span<const std::uint8_t>(message_).first(static_cast<std::size_t>(size));
   const bool is_whole = (header.msg_flags & MSG_TRUNC) == 0;
   const Result<FrameMessageKind> kind = kind_of(message);
@@ -139,8 +140,9 @@ Result<PortFrame> FrameSocket::take() {
       stream_.on_frame(frame, frame.stamp != CameraStamp::kArrival, now);
       return frame;
     }
+    if (decoded) image_told = decoded->image;
   }
-  stream_.on_malformed(message.size());
+  stream_.on_malformed(message.size(), image_told);
   return Status::kInvalidValue;
 }
 

@@ -2,7 +2,9 @@
 // CameraPort on frames that a camera daemon of the board hands over through a Unix socket, for boards whose sensor has
 // no plain Video4Linux device, and hosts without a camera. The daemon listens on a SOCK_SEQPACKET socket at a path and
 // speaks the messages of frame_message.h. It should send without waiting, and drop a frame that the socket does not
-// take: the gap then shows in the sequence. A message of 640 x 480 px needs SO_SNDBUF set to 212992, the usual maximum.
+// take: the gap then shows in the sequence. No call waits for the daemon but start() and receive(), as long as they
+// say: connecting to it takes no time or fails. A message of 640 x 480 px needs SO_SNDBUF set to 212992, the usual
+// maximum.
 
 #include <memory>
 #include <string>

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 
 namespace plumb {
@@ -103,8 +104,12 @@ std::unique_ptr<LcmSource> LcmSource::open(const std::string& url, const std::st
 LcmSource::~LcmSource() { lcm_destroy(lcm_); }
 
 Result<std::span<const std::uint8_t>> LcmSource::receive(Duration timeout) {
+  errno = 0;
   const int handled = lcm_handle_timeout(lcm_, static_cast<int>(timeout.ns() / 1'000'000));
-  if (handled < 0) return Status::kRejected;
+  if (handled < 0) {
+    last_error_ = errno;
+    return Status::kRejected;
+  }
   if (handled == 0) return Status::kNotReady;
   return std::span<const std::uint8_t>(message_);
 }

@@ -29,13 +29,16 @@ class LcmSource {
   LcmSource(const LcmSource&) = delete;
   LcmSource& operator=(const LcmSource&) = delete;
 
-  /// The next message, until the call after this. kNotReady: none within `timeout`. kRejected: LCM has failed.
+  /// The next message, until the call after this. kNotReady: none within `timeout`. kRejected: LCM has failed, at once.
   Result<std::span<const std::uint8_t>> receive(Duration timeout);
+  /// The system's error number (errno) of the last receive() that LCM failed in; 0 when none has, or it gave no reason.
+  int last_error() const { return last_error_; }
 
  private:
   explicit LcmSource(lcm_t* lcm) : lcm_(lcm) {}
   lcm_t* lcm_;
   std::vector<std::uint8_t> message_;
+  int last_error_ = 0;
 };
 
 }  // namespace plumb

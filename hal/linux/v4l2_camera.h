@@ -1,6 +1,11 @@
 #pragma once
 // CameraPort on Video4Linux: single- and multi-planar capture into buffers that the driver shares with this process.
 // Links and pad formats of a media graph are set where the system is set up, not here (docs/sensors.md).
+//
+// Video4Linux has no timeouts. start(), set_exposure(), and receive() where it brings back a camera that was gone, are
+// a bounded number of system calls: to start some fifteen and three for each buffer, for each of three formats. Each
+// takes as long as the driver takes, which talks to its sensor over I2C, and gives up when the timeout of that bus is
+// over. So a camera needs a thread that nobody waits for; the supervisor of plumb-fsw tells when it does not get round.
 
 #include <memory>
 #include <string>
@@ -30,8 +35,7 @@ class V4l2Camera final : public CameraPort {
   /// A camera that went away is opened again no more often than this.
   static constexpr Duration kReopenPeriod = Duration::from_ms(100);
 
-  /// Opens the device. Null, and the reason in `error`, when it is not there, no camera, or cannot stream. As the other
-  /// calls it returns as soon as the driver does, which for a sensor on I2C takes some ms.
+  /// Opens the device. Null, and the reason in `error`, when it is not there, no camera, or cannot stream.
   static std::unique_ptr<V4l2Camera> open(const V4l2CameraOptions& options, std::string& error);
 
   Result<CameraMode> start(const CameraMode& mode) override;

@@ -148,7 +148,8 @@ class Flight {
     for (const Tally* tally : {&imu_tally_, &lidar_tally_, &can_tally_, &camera_tally_}) {
       std::printf(" %s %d right %d wrong;", tally->name, tally->right, tally->wrong);
     }
-    std::printf(" camera lost %u, imu missing %llu\n", camera.protocol().counters().lost,
+    std::printf(" camera lost %llu, imu missing %llu\n",
+                static_cast<unsigned long long>(camera.protocol().counters().lost),
                 static_cast<unsigned long long>(imu.protocol().counters().missing));
   }
 

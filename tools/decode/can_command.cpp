@@ -86,11 +86,11 @@ bool CanCommand::run() {
   const can_range::TransferCounters& transfers = decoder.transfer_counters();
   std::fprintf(stderr,
                "plumb-decode: %" PRIu32 " ranges, %" PRIu32 " without return, %" PRIu32 " weak; %" PRIu64
-               " frames, %" PRIu32 " malformed, %" PRIu32 " of other sensors, %" PRIu32 " checksum errors, %" PRIu32
-               " transfers broken off, %" PRIu32 " missing, %" PRIu64 " other lines\n",
-               counters.ranges, counters.no_returns, counters.weak, frames, counters.malformed, counters.other_sensors,
-               transfers.crc_errors, transfers.wrong_toggle + transfers.orphans + transfers.abandoned,
-               transfers.missing, other_lines);
+               " frames, %" PRIu64 " malformed, %" PRIu32 " of other sensors, %" PRIu64 " checksum errors, %" PRIu64
+               " transfers broken off, %" PRIu64 " missing, %" PRIu64 " other lines\n",
+               counters.ranges, counters.no_returns, counters.weak, frames, counters.malformed.count,
+               counters.other_sensors, transfers.crc_errors.count,
+               transfers.wrong_toggle + transfers.orphans + transfers.abandoned, transfers.missing.count, other_lines);
   return readings > 0;
 }
 

@@ -208,7 +208,7 @@ void print_counts(const Overview& overview, const std::string& rate, std::uint64
                "plumb-decode: %" PRIu64 " measurements%s (%" PRIu64 " starting), %" PRIu64 " other datagrams, %" PRIu64
                " checksum errors, %" PRIu64 " bytes skipped, %" PRIu64 " gaps (%" PRIu64 " datagrams missing)\n",
                overview.normal, rate.c_str(), overview.starting, overview.line.datagrams - overview.normal,
-               overview.line.checksum_errors, overview.line.skipped_bytes, gaps, missing);
+               overview.line.checksum_errors.count, overview.line.skipped_bytes.count, gaps, missing);
 }
 
 bool Stim300Command::run() {

@@ -23,9 +23,9 @@ TEST(DeviceFaultReport, TellsTheFirstAtOnceAndThenOnceASecondWhatHasRisen) {
   const Time start = Time::from_ns(7'000'000'000);
   report.look(start, counts);
   EXPECT_TRUE(taken(ring).empty()) << "all is well";
-  counts[3] = 2;
+  counts[3] = {2, 640};
   report.look(start, counts);
-  counts[3] = 5;
+  counts[3].add(-7, 3);
   counts[8] = 1;
   report.look(start + Report::kPeriod - Duration::from_ns(1), counts);
   std::vector<DeviceFault> told = taken(ring);
@@ -33,17 +33,17 @@ TEST(DeviceFaultReport, TellsTheFirstAtOnceAndThenOnceASecondWhatHasRisen) {
   EXPECT_EQ(told[0].device, FaultyDevice::kCamera);
   EXPECT_EQ(told[0].counter, 3);
   EXPECT_EQ(told[0].count, 2U);
-  EXPECT_EQ(told[0].before, 0U);
+  EXPECT_EQ(told[0].count.value, 640);
   report.look(start + Report::kPeriod, counts);
   told = taken(ring);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].count, 5U);
-  EXPECT_EQ(told[0].before, 2U);
+  EXPECT_EQ(told[0].count.value, -7);
   EXPECT_EQ(told[1].counter, 8);
 }
 
-// Whatever rises when, and however seldom the tick comes round: in the end the last word on each counter is its count,
-// and each word goes on from the one before.
+// Whatever rises when, and however seldom the tick comes round: each word tells more than the one before, and in the
+// end the last word on each counter is its count and value.
 TEST(DeviceFaultReport, LosesNothingToARingThatIsFull) {
   std::mt19937 random(1);
   DeviceFaultRing ring;
@@ -52,15 +52,14 @@ TEST(DeviceFaultReport, LosesNothingToARingThatIsFull) {
   Report::Counts heard{};
   const auto listen = [&] {
     for (const DeviceFault& fault : taken(ring)) {
-      EXPECT_EQ(fault.before, heard[fault.counter]);
-      EXPECT_GT(fault.count, fault.before);
+      EXPECT_GT(fault.count, heard[fault.counter]);
       heard[fault.counter] = fault.count;
     }
   };
   Time now = Time::from_ns(0);
   for (int i = 0; i < 10'000; ++i) {
     now = now + Duration::from_ms(100);
-    counts[random() % counts.size()] += random() % 3;
+    if (const std::uint64_t more = random() % 3; more > 0) counts[random() % counts.size()].add(i, more);
     report.look(now, counts);
     if (random() % 100 == 0) listen();
   }
@@ -68,7 +67,10 @@ TEST(DeviceFaultReport, LosesNothingToARingThatIsFull) {
   listen();
   report.look(now + Report::kPeriod, counts);
   listen();
-  EXPECT_EQ(heard, counts);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    EXPECT_EQ(heard[i].count, counts[i].count);
+    EXPECT_EQ(heard[i].value, counts[i].value);
+  }
 }
 
 }  // namespace

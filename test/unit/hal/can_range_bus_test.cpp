@@ -10,6 +10,7 @@
 #include "drivers/can_range/receiver.h"
 #include "hal/linux/can_socket.h"
 #include "hal/linux/monotonic_clock.h"
+#include "test/emulators/can_range/can_range_on_bus.h"
 #include "test/unit/hal/kernel_part.h"
 
 namespace plumb::can_range {
@@ -57,6 +58,44 @@ TEST(KernelCanRange, HearsAndIsHeardByThePublicPackage) {
   EXPECT_EQ(receiver.decoder().transfer_counters().transfers, readings.size());
   EXPECT_EQ(receiver.decoder().transfer_counters().crc_errors, 0U);
   EXPECT_NE(heard.find("status 11 1 2"), std::string::npos) << "health warning, mode maintenance: " << heard;
+}
+
+// The controller takes itself from the bus and is restarted, by what the kernel tells of both. Nobody is heard
+// meanwhile.
+TEST(KernelCanRange, MeasuresAgainAfterBusOff) {
+  PLUMB_NEEDS_KERNEL("SocketCAN (modules can-raw and vcan)");
+  test::CanRangeOnBus bus("vcan0", test::CanRangeEmulator::Kind::kDronecan, 12);
+  std::string error;
+  const auto can = LinuxCanSocket::open("vcan0", error);
+  ASSERT_NE(can, nullptr) << error;
+  Receiver receiver(*can, {});
+  ASSERT_EQ(receiver.start(), Status::kOk);
+  NodeStatusBroadcast status({.node_id = 11}, clock_now());
+  constexpr Duration kPatience = Duration::from_ms(10'000);
+  const auto measures = [&] {
+    const Time end = clock_now() + kPatience;
+    while (clock_now() < end) {
+      if (receiver.poll(Duration::from_ms(20))) return true;
+    }
+    return false;
+  };
+  ASSERT_TRUE(measures());
+  for (unsigned times = 1; times <= 3; ++times) {
+    bus.with_unit([](test::CanRangeEmulator& unit) { unit.faults().silent = true; });
+    bus.tell_bus_off(true);
+    while (receiver.poll(Duration::from_ms(20))) {
+    }
+    EXPECT_EQ(can->health().state, CanState::kBusOff);
+    EXPECT_EQ(can->send(*status.next(clock_now(), NodeHealth::kOk, NodeMode::kOperational)), Status::kRejected);
+    bus.tell_bus_off(false);
+    bus.with_unit([](test::CanRangeEmulator& unit) { unit.faults().silent = false; });
+    EXPECT_TRUE(measures());
+    EXPECT_EQ(can->health().state, CanState::kActive);
+    EXPECT_EQ(can->send({.id = 1, .is_extended = true, .size = 0, .bytes = {}}), Status::kOk);
+    EXPECT_EQ(can->health().bus_offs, times);
+    EXPECT_EQ(can->health().restarts, times);
+    EXPECT_EQ(receiver.decoder().transfer_counters().crc_errors, 0U);
+  }
 }
 
 }  // namespace

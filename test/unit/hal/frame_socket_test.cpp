@@ -124,7 +124,7 @@ TEST_F(FrameSocketTest, TakesTheArrivalWhereTheStampCannotBe) {
   ASSERT_TRUE(camera_->start({}));
   for (const std::int64_t error_ns : {std::int64_t{60'000'000'000}, std::int64_t{-60'000'000'000}}) {
     daemon_->with([&](Ov7251Emulator&, Behaviour& behaviour) { behaviour.stamp_error_ns = error_ns; });
-    const std::uint32_t before = camera_->health().stamps_mended;
+    const std::uint64_t before = camera_->health().stamps_mended;
     const Time deadline = clock_now() + kPatience;
     Result<PortFrame> frame = Status::kNotReady;
     while (camera_->health().stamps_mended == before && clock_now() < deadline) frame = camera_->receive(kPatience);
@@ -132,6 +132,8 @@ TEST_F(FrameSocketTest, TakesTheArrivalWhereTheStampCannotBe) {
     EXPECT_EQ(frame->stamp, CameraStamp::kArrival);
     EXPECT_LE(frame->t, clock_now());
     EXPECT_GE(frame->t, clock_now() - Duration::from_ms(2000));
+    const std::int64_t age_ns = camera_->health().stamps_mended.value;
+    EXPECT_LE(std::abs(age_ns + error_ns), 10'000'000'000) << "the age that was told";
   }
 }
 
@@ -141,6 +143,7 @@ TEST_F(FrameSocketTest, RefusesFramesOfAnotherSize) {
   const Time end = clock_now() + kPatience;
   while (clock_now() < end && camera_->health().malformed == 0) (void)camera_->receive(Duration::from_ms(50));
   EXPECT_GT(camera_->health().malformed, 0U);
+  EXPECT_EQ(camera_->health().malformed.value, std::int64_t{600} << 32U | 480);
   EXPECT_EQ(camera_->start({}).status(), Status::kInvalidValue);
 }
 

@@ -120,6 +120,7 @@ TEST(LinuxSerialPort, ComesBackWhenTheLineIsThereAgain) {
   std::array<std::uint8_t, 10> buffer{};
   std::string error;
   std::unique_ptr<LinuxSerialPort> port;
+  const Time start = clock_now();
   {
     const PseudoTerminal line;
     std::filesystem::create_symlink(line.device(), name);
@@ -128,6 +129,11 @@ TEST(LinuxSerialPort, ComesBackWhenTheLineIsThereAgain) {
   }
   EXPECT_EQ(port->read(buffer, kSoon).status(), Status::kRejected);
   EXPECT_EQ(port->read(buffer, kSoon).status(), Status::kRejected) << "not again at once";
+  while (port->last_error() != ENOENT && clock_now() < start + kSoon) {
+    EXPECT_EQ(port->read(buffer, Duration()).status(), Status::kRejected);
+    wait_for(-1, 0, Duration::from_ms(5));
+  }
+  EXPECT_EQ(port->last_error(), ENOENT) << "why it does not come back";
   PseudoTerminal again;
   std::filesystem::remove(name);
   std::filesystem::create_symlink(again.device(), name);

@@ -117,6 +117,7 @@ TEST(CanRangeDecoder, NativeFramesOfAnotherSizeAreMalformed) {
     CanFrame frame = test::benewake_frame(1234, 500);
     frame.size = size;
     EXPECT_EQ(decoder.decode({Time::from_ns(0), frame}).status(), Status::kRejected);
+    EXPECT_EQ(decoder.counters().malformed.value, size);
   }
   EXPECT_EQ(decoder.counters().malformed, 6U);
   CanFrame other = test::benewake_frame(1234, 500);

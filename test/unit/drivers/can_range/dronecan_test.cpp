@@ -91,6 +91,25 @@ TEST(Dronecan, AnyBitFlippedIsNoMeasurement) {
   }
 }
 
+TEST(Dronecan, TellsWhatWasWrong) {
+  const auto good = test::frames_of(test::kValid);
+  const auto head_and = [](const CanFrame& frame, std::int64_t low) { return std::int64_t{frame.id} << 8U | low; };
+  MeasurementTransfers transfers;
+  const TransferCounters& counters = transfers.counters();
+  auto bad = good;
+  bad[0].frame.bytes[0] ^= 0x01;  // of the checksum, whose low byte comes first
+  feed(transfers, bad);
+  EXPECT_EQ(counters.crc_errors.value >> 16U ^ 0x01, counters.crc_errors.value & 0xFFFF);
+  feed(transfers, {good[1]});
+  EXPECT_EQ(counters.orphans.value, head_and(good[1].frame, good[1].frame.data().back()));
+  feed(transfers, {good[0], good[2]});
+  EXPECT_EQ(counters.wrong_toggle.value, head_and(good[2].frame, good[2].frame.data().back()));
+  auto cut = good[1];
+  cut.frame.size = 1;
+  feed(transfers, {cut});
+  EXPECT_EQ(counters.malformed.value, head_and(cut.frame, 1));
+}
+
 TEST(Dronecan, FramesThatAreNoMeasurementAreCounted) {
   MeasurementTransfers transfers;
   const auto frames = test::frames_of(test::kValid);
@@ -167,6 +186,7 @@ TEST(Dronecan, MoreNodesThanThereIsRoomForTakeTurns) {
     EXPECT_EQ(feed(transfers, frames).size(), 1U);
   }
   EXPECT_EQ(transfers.counters().nodes_forgotten, 10U - MeasurementTransfers::kMaxNodes);
+  EXPECT_EQ(transfers.counters().nodes_forgotten.value, 10 - static_cast<int>(MeasurementTransfers::kMaxNodes));
 }
 
 // Two sensors on one bus, their frames in any interleaving, any of them lost or doubled: what is accepted was sent,

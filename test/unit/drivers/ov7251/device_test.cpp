@@ -138,7 +138,7 @@ TEST_F(Ov7251Device, GoesOnAfterTheCameraWasAway) {
   port_.gone = false;
   EXPECT_GE(run(device, 10).size(), 9U);
   for (const std::int64_t error_ns : errors_ns_) EXPECT_LE(std::abs(error_ns), 1);
-  EXPECT_NEAR(device.protocol().counters().lost, 90.0, 1.0);
+  EXPECT_NEAR(static_cast<double>(device.protocol().counters().lost), 90.0, 1.0);
 }
 
 TEST_F(Ov7251Device, FliesWithACameraThatHasNoControls) {

@@ -50,6 +50,7 @@ TEST_F(Ov7251Protocol, RefusesImagesOfAnotherSize) {
   odd.image.height = 400;
   EXPECT_EQ(protocol_.on_frame(odd).status(), Status::kRejected);
   EXPECT_EQ(protocol_.counters().wrong_size, 1U);
+  EXPECT_EQ(protocol_.counters().wrong_size.value, std::int64_t{kWidth} << 32U | 400);
   EXPECT_TRUE(protocol_.on_frame(next()));
 }
 
@@ -59,6 +60,7 @@ TEST_F(Ov7251Protocol, RefusesWhatIsNotLater) {
   EXPECT_EQ(protocol_.on_frame(frame(2, 3)).status(), Status::kOutOfOrder);
   EXPECT_EQ(protocol_.on_frame(frame(1, 4)).status(), Status::kOutOfOrder);
   EXPECT_EQ(protocol_.counters().out_of_order, 2U);
+  EXPECT_EQ(protocol_.counters().out_of_order.value, 4) << "the sequence of the source";
   EXPECT_TRUE(protocol_.on_frame(frame(3, 5)));
 }
 
@@ -66,6 +68,7 @@ TEST_F(Ov7251Protocol, CountsLostFramesByTimeWhereTheSequenceHasNoGaps) {
   ASSERT_EQ(protocol_.on_frame(frame(1, 7))->sequence, 7U);
   EXPECT_EQ(protocol_.on_frame(frame(4, 8))->sequence, 10U);
   EXPECT_EQ(protocol_.counters().lost, 2U);
+  EXPECT_EQ(protocol_.counters().lost.value, 2);
 }
 
 TEST_F(Ov7251Protocol, CountsLostFramesByTheSequence) {

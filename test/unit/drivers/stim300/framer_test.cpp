@@ -82,6 +82,26 @@ TEST(Stim300Framer, CountsAFailedDatagramOnce) {
   EXPECT_EQ(framer.counters().skipped_bytes, 28U);
 }
 
+// Whatever byte of a datagram is wrong but the first, which tells what it is.
+TEST(Stim300Framer, TellsTheChecksumThatCameAndTheRightOneAndTheLastByteSkipped) {
+  const Bytes good = from_hex(kA);
+  for (std::size_t i = 1; i < good.size(); ++i) {
+    Bytes bad = good;
+    bad[i] ^= 0x5A;
+    Bytes stream = good;
+    append(stream, bad);
+    append(stream, good);
+    Framer framer;
+    EXPECT_EQ(find_datagrams(stream, framer, false).size(), 2U);
+    const std::span<const std::uint8_t> covered = std::span(bad).first(bad.size() - stim300::kChecksumBytes);
+    std::uint64_t told = 0;
+    for (const std::uint8_t byte : std::span(bad).last(stim300::kChecksumBytes)) told = told << 8U | byte;
+    EXPECT_EQ(static_cast<std::uint64_t>(framer.counters().checksum_errors.value),
+              told << 32U | stim300::checksum(covered));
+    EXPECT_EQ(framer.counters().skipped_bytes.value, bad.back());
+  }
+}
+
 // Line ends count as garbage where no datagram was before them, or when they are half.
 TEST(Stim300Framer, PassesOverOneLineEndAfterADatagram) {
   const Bytes a = from_hex(kA);

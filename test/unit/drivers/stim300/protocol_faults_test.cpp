@@ -77,9 +77,11 @@ TEST_F(ProtocolFaults, StatusBits) {
   EXPECT_NEAR(static_cast<double>(counters().starting - was.starting), 50.0, 1.0);
   was = run_with(0xFF);  // starting, whatever else is set
   EXPECT_EQ(counters().faulty, was.faulty);
+  EXPECT_EQ(counters().starting.value, 0xFFFF) << "the status of both sensors";
   EXPECT_NEAR(static_cast<double>(counters().starting - was.starting), 50.0, 1.0);
   was = run_with(0x80);
   EXPECT_NEAR(static_cast<double>(counters().faulty - was.faulty), 50.0, 1.0);
+  EXPECT_EQ(counters().faulty.value, 0x8080);
   was = run_with(0x09);
   EXPECT_NEAR(static_cast<double>(counters().faulty - was.faulty), 50.0, 1.0);
   was = run_with(0x14);
@@ -89,6 +91,7 @@ TEST_F(ProtocolFaults, StatusBits) {
   EXPECT_NEAR(static_cast<double>(counters().samples - was.samples), 25.0, 2.0);
   was = run_with(0x20);  // used all the same
   EXPECT_NEAR(static_cast<double>(counters().conditions - was.conditions), 50.0, 1.0);
+  EXPECT_EQ(counters().conditions.value, 0x2020);
   EXPECT_NEAR(static_cast<double>(counters().samples - was.samples), 75.0, 2.0);
 }
 
