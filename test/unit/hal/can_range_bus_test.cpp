@@ -70,7 +70,7 @@ TEST(KernelCanRange, MeasuresAgainAfterBusOff) {
   ASSERT_NE(can, nullptr) << error;
   Receiver receiver(*can, {});
   ASSERT_EQ(receiver.start(), Status::kOk);
-  NodeStatusBroadcast status({.node_id = 11}, clock_now());
+  constexpr CanFrame kOwn{.id = 1, .is_extended = true, .size = 0, .bytes = {}};
   constexpr Duration kPatience = Duration::from_ms(10'000);
   const auto measures = [&] {
     const Time end = clock_now() + kPatience;
@@ -86,12 +86,12 @@ TEST(KernelCanRange, MeasuresAgainAfterBusOff) {
     while (receiver.poll(Duration::from_ms(20))) {
     }
     EXPECT_EQ(can->health().state, CanState::kBusOff);
-    EXPECT_EQ(can->send(*status.next(clock_now(), NodeHealth::kOk, NodeMode::kOperational)), Status::kRejected);
+    EXPECT_EQ(can->send(kOwn), Status::kRejected);
     bus.tell_bus_off(false);
     bus.with_unit([](test::CanRangeEmulator& unit) { unit.faults().silent = false; });
     EXPECT_TRUE(measures());
     EXPECT_EQ(can->health().state, CanState::kActive);
-    EXPECT_EQ(can->send({.id = 1, .is_extended = true, .size = 0, .bytes = {}}), Status::kOk);
+    EXPECT_EQ(can->send(kOwn), Status::kOk);
     EXPECT_EQ(can->health().bus_offs, times);
     EXPECT_EQ(can->health().restarts, times);
     EXPECT_EQ(receiver.decoder().transfer_counters().crc_errors, 0U);

@@ -56,6 +56,9 @@ class Bus {
   int socket_;
 };
 
+// A kernel that has stamped nothing yet begins to some time after it was asked to.
+void wait_for_stamps() { usleep(300'000); }
+
 void shell(const char* command) { ASSERT_EQ(std::system(command), 0) << command; }
 
 std::unique_ptr<LinuxCanSocket> open_vcan(std::initializer_list<CanFilter> filters) {
@@ -76,6 +79,7 @@ TEST(KernelCanSocket, ReceivesWithTheTimeOfTheFrame) {
   PLUMB_NEEDS_KERNEL("SocketCAN (modules can-raw and vcan)");
   const auto can = open_vcan({kAnyStandard, kAnyExtended});
   const Bus bus;
+  wait_for_stamps();
   const Time before = clock_now();
   bus.put(0x123, {1, 2, 3});
   const Time after = clock_now();
@@ -98,7 +102,7 @@ TEST(KernelCanSocket, ASetClockDoesNotMoveStamps) {
   PLUMB_NEEDS_KERNEL("SocketCAN (modules can-raw and vcan)");
   const auto can = open_vcan({kAnyStandard});
   const Bus bus;
-  usleep(300'000);  // a kernel that has stamped nothing yet begins to some time after it was asked to
+  wait_for_stamps();
   bus.put(0x123, {});
   timeval t{};
   gettimeofday(&t, nullptr);
