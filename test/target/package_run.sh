@@ -1,11 +1,10 @@
 #!/bin/sh
-# What tools/tests/test_target.py does with a package in the virtual flight computer. /host has small.lcm, a log to be
-# flown again, played.lcm, one to be played, and hil.yaml, the configuration of who flies by that. Flights are flown in
-# the machine's memory: waiting for the computer outside would take up time of the flight.
+# What tools/tests/test_target.py does with a package in the virtual flight computer. Where /host has them: small.lcm is a
+# log to be flown again, played.lcm one to be played, and hil.yaml the configuration of who flies by that. Flights are
+# flown in the machine's memory: waiting for the computer outside would take up time of the flight.
 plumb=/opt/plumb
 mkdir /tmp/flights
 cd /tmp/flights
-cp /host/small.lcm /host/played.lcm /host/hil.yaml .
 
 for program in $plumb/bin/*; do
   $program --help >help.txt
@@ -13,22 +12,27 @@ for program in $plumb/bin/*; do
 done
 $plumb/bin/plumb-fsw --dry-run $plumb/etc/flight.yaml >dry-run.txt 2>&1
 echo "dry run: $?" >>status.txt
-$plumb/bin/plumb-replay --log small.lcm --out again >again.txt 2>&1
-echo "replay: $?" >>status.txt
 
 /programs/target_tests --gtest_filter='LiveTarget*'
 echo "live flights: $?" >>status.txt
 
 # The flight computer is up before the first byte comes, so that none is lost.
-$plumb/bin/plumb-hil played.lcm --pty /tmp/imu --can vcan0 --video /dev/video9 --delay 4 >hil.txt 2>&1 &
-player=$!
-sleep 2
-$plumb/bin/plumb-fsw hil.yaml >hil-flight.txt 2>&1 &
-flight=$!
-wait $player
-echo "play: $?" >>status.txt
-sleep 1
-kill $flight
-wait $flight
-echo "flight by what is played: $?" >>status.txt
-cp -r status.txt dry-run.txt again again.txt flight.lcm flight.txt can.lcm can.txt hil.txt hil-flight.txt hil.lcm /host/
+play() {
+  cp /host/small.lcm /host/played.lcm /host/hil.yaml .
+  $plumb/bin/plumb-replay --log small.lcm --out again >again.txt 2>&1
+  echo "replay: $?" >>status.txt
+  $plumb/bin/plumb-hil played.lcm --pty /tmp/imu --can vcan0 --video /dev/video9 --delay 4 >hil.txt 2>&1 &
+  player=$!
+  sleep 2
+  $plumb/bin/plumb-fsw hil.yaml >hil-flight.txt 2>&1 &
+  flight=$!
+  wait $player
+  echo "play: $?" >>status.txt
+  sleep 1
+  kill $flight
+  wait $flight
+  echo "flight by what is played: $?" >>status.txt
+  cp -r again again.txt hil.txt hil-flight.txt hil.lcm /host/
+}
+[ ! -f /host/played.lcm ] || play
+cp status.txt dry-run.txt flight.lcm flight.txt can.lcm can.txt /host/

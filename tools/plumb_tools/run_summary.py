@@ -2,7 +2,7 @@
 
     python -m plumb_tools.run_summary REPORTS
 
-REPORTS is a folder of JUnit files, ctest-<preset>.xml, python.xml and fuzz.xml. Beside each of CTest's lies ctest-<preset>.json,
+REPORTS is a folder of JUnit files, ctest-<preset>.xml, python.xml, target.xml and fuzz.xml. Beside each of CTest's lies ctest-<preset>.json,
 what `ctest --show-only=json-v1` prints, because only there the tests have their labels.
 Exits with 1 when a test failed or when nothing was run.
 """
@@ -57,7 +57,7 @@ def read_reports(folder: Path) -> dict[str, Tally]:
     """Adds up every JUnit file in the folder."""
     tallies = {kind: Tally() for kind in KINDS}
     for path in sorted(folder.glob("*.xml")):
-        whole_run = {"python": "python", "fuzz": "fuzz", "ctest-sanitize": "sanitize"}.get(path.stem)
+        whole_run = {"python": "python", "target": "target", "fuzz": "fuzz", "ctest-sanitize": "sanitize"}.get(path.stem)
         labels = {} if whole_run else labels_of(path.with_suffix(".json"))
         for case in ElementTree.parse(path).getroot().iter("testcase"):
             tally = tallies[whole_run or labels[case.get("name")]]

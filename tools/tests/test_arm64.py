@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import sim_scenes
-from arm64_programs import ARM64, EMULATOR, HOST, expect_same_results, skip_unless_built
+from arm64_programs import ARM64, EMULATOR, HOST, expect_same_results, skip_unless_built, skip_unless_whole
 
 REAL_IMAGES = 120
 FUSED_IMAGES = 40
@@ -18,6 +18,7 @@ FLIGHTS = "PLUMB_EXACT_FLIGHTS"  # recordings in ASL layout, with a colon betwee
 
 @pytest.fixture(autouse=True)
 def _built() -> None:
+    skip_unless_whole()
     skip_unless_built("plumb-replay", "plumb-exact-kernels", "plumb-contracted-kernels", "plumb-contracted-replay")
 
 

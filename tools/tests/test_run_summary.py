@@ -33,6 +33,7 @@ def test_counts_by_kind_and_names_the_reason_to_skip(tmp_path: Path) -> None:
     (tmp_path / "ctest-flight.json").write_text(listing(A="unit", B="law", C="replay"))
     (tmp_path / "ctest-sanitize.xml").write_text(CTEST)
     (tmp_path / "python.xml").write_text(PYTHON)
+    (tmp_path / "target.xml").write_text(PYTHON)
     found = [Outcome("fuzz_a", 1, 1, 1, 1, None), Outcome("fuzz_b", 1, 1, 1, 1, "findings/fuzz_b-crash-0af1")]
     (tmp_path / "fuzz.xml").write_text(junit(found))
     lines = run_summary.summary_lines(run_summary.read_reports(tmp_path))
@@ -42,14 +43,15 @@ def test_counts_by_kind_and_names_the_reason_to_skip(tmp_path: Path) -> None:
         "replay   1 skipped",
         "         skipped 1: recorded data not found",
         "campaign not run",
-        "target   not run",
+        "target   1 failed, 1 passed, 1 skipped",
+        "         skipped 1: no display",
         "check    not run",
         "python   1 failed, 1 passed, 1 skipped",
         "         skipped 1: no display",
         "fuzz     1 failed, 1 passed",
         "sanitize 1 failed, 1 passed, 1 skipped",
         "         skipped 1: recorded data not found",
-        "4 passed, 4 failed, 3 skipped",
+        "5 passed, 5 failed, 4 skipped",
     ]
 
 

@@ -1,10 +1,9 @@
-"""The package for 64-bit ARM in the virtual flight computer: it flies a log again, flies live with emulated devices
-that are pulled and put back, and flies by what plumb-hil plays. What is brought back is judged here.
+"""The package for 64-bit ARM in the virtual flight computer: it flies live with emulated devices that are pulled and put
+back and, by tools/test --arm64, flies a log again and flies by what plumb-hil plays. What is brought back is judged here.
 """
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ import pytest
 import yaml
 
 import sim_scenes
-from arm64_programs import EMULATOR, HOST, ROOT, expect_same_results, skip_unless_built
+from arm64_programs import EMULATOR, HOST, ROOT, expect_same_results, skip_unless_built, skip_unless_whole, whole
 from plumb_tools.budget.__main__ import BUDGETS, read_budgets, verdict
 from plumb_tools.budget.figures import said_at_the_end
 from plumb_tools.message_types import types
@@ -72,7 +71,7 @@ def _configuration(flight: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
-    skip_unless_built("plumb-fsw", "plumb-hil", "plumb-replay")
+    skip_unless_built("plumb-fsw", "plumb-replay")
     work = tmp_path_factory.mktemp("target")
     out = work / "out"
     out.mkdir()
@@ -80,17 +79,29 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
     package = ROOT / packed.stdout.splitlines()[-1]
     program = ROOT / "build/package" / package.name.removesuffix(".tar.gz") / "bin/plumb-replay"
     replay = (*EMULATOR, str(program))
+    if whole():
+        _record(work, out, replay)
+    shutil.copy(ROOT / "test/target/package_run.sh", out)
+    target = [ROOT / "tools/target", "--package", package, "--out", out, "sh", "package_run.sh"]
+    run = subprocess.run(target, check=False, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return Flown(out, replay)
+
+
+def _record(work: Path, out: Path, replay: tuple[str, ...]) -> None:
+    """What is to be flown again and played there."""
     flight = sim_scenes.fly_yard(work, 8.0, with_log=True)
     recording = ["--asl", flight, "--record", out / "small.lcm", "--out", out / "small"]
     subprocess.run([*replay, *recording], check=True, capture_output=True)
     shutil.copy(flight / "flight.lcmlog", out / "played.lcm")
     (out / "hil.yaml").write_text(yaml.safe_dump(_configuration(flight)), encoding="utf-8")
-    shutil.copy(ROOT / "test/target/package_run.sh", out)
-    target = [ROOT / "tools/target", "--steady", "--package", package, "--out", out, "sh", "package_run.sh"]
-    patience = {**os.environ, "PLUMB_TARGET_TIMEOUT": "1200"}  # what else runs here makes it slow
-    run = subprocess.run(target, check=False, capture_output=True, text=True, env=patience)
-    assert run.returncode == 0, run.stdout + run.stderr
-    return Flown(out, replay)
+
+
+@pytest.fixture
+def played(flown: Flown) -> Flown:
+    """For what only tools/test --arm64 does."""
+    skip_unless_whole()
+    return flown
 
 
 def test_every_program_of_the_package_runs(flown: Flown) -> None:
@@ -101,26 +112,47 @@ def test_every_program_of_the_package_runs(flown: Flown) -> None:
     assert "can be flown" in (flown.out / "dry-run.txt").read_text()
 
 
-def test_a_log_is_flown_to_the_same_bits_as_in_an_emulated_process(flown: Flown) -> None:
-    assert ", all equal" in (flown.out / "again.txt").read_text()
-    expect_same_results(flown.out / "small", flown.out / "again")
+def test_a_log_is_flown_to_the_same_bits_as_in_an_emulated_process(played: Flown) -> None:
+    assert ", all equal" in (played.out / "again.txt").read_text()
+    expect_same_results(played.out / "small", played.out / "again")
 
 
-@pytest.mark.parametrize("log", ["flight.lcm", "hil.lcm"])
-def test_the_log_of_a_flight_there_replays_bit_by_bit(flown: Flown, tmp_path: Path, log: str) -> None:
-    """In the emulator of one process from the input frames, on this machine's processor from the devices' bytes."""
-    for how in ([*flown.replay], [str(HOST / "plumb-replay"), "--raw"]):
-        again = tmp_path / f"{len(how)}.lcm"
-        command = [*how, "--log", flown.out / log, "--record", again]
-        run = subprocess.run(command, check=True, capture_output=True, text=True)
-        assert ", all equal" in run.stdout
-        subprocess.run([ROOT / "tools/hashdiff", flown.out / log, again], check=True, capture_output=True)
+def _expect_equal_replay(log: Path, again: Path, *replay: str) -> None:
+    command = [*replay, "--log", log, "--record", again]
+    run = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert ", all equal" in run.stdout
+    subprocess.run([ROOT / "tools/hashdiff", log, again], check=True, capture_output=True)
 
 
-@pytest.mark.parametrize("said", ["flight.txt", "hil-flight.txt"])
-def test_memory_stacks_and_page_faults_of_a_flight_there_are_within_budget(flown: Flown, said: str) -> None:
+@pytest.mark.parametrize("how", ["frames", "raw"])
+@pytest.mark.parametrize("log", ["flight.lcm", "can.lcm"])
+def test_the_log_of_a_flight_there_replays_bit_by_bit(flown: Flown, tmp_path: Path, log: str, how: str) -> None:
+    """From the input frames and from the devices' bytes, in the emulator of one process."""
+    _expect_equal_replay(flown.out / log, tmp_path / log, *flown.replay, *(["--raw"] if how == "raw" else []))
+
+
+@pytest.mark.parametrize("log", ["flight.lcm", "can.lcm", "hil.lcm"])
+def test_the_log_of_a_flight_there_replays_bit_by_bit_on_another_processor(
+    played: Flown, tmp_path: Path, log: str
+) -> None:
+    _expect_equal_replay(played.out / log, tmp_path / log, str(HOST / "plumb-replay"), "--raw")
+
+
+def test_the_log_of_a_flight_by_what_is_played_replays_bit_by_bit(played: Flown, tmp_path: Path) -> None:
+    _expect_equal_replay(played.out / "hil.lcm", tmp_path / "again.lcm", *played.replay)
+
+
+def test_memory_stacks_and_page_faults_of_a_flight_there_are_within_budget(flown: Flown) -> None:
+    _expect_within_budget(flown.out / "flight.txt")
+
+
+def test_memory_stacks_and_page_faults_of_a_played_flight_are_within_budget(played: Flown) -> None:
+    _expect_within_budget(played.out / "hil-flight.txt")
+
+
+def _expect_within_budget(said: Path) -> None:
     """With telemetry and commands over LCM, and every sensor that the vehicle may have."""
-    figures = {figure.key: figure for figure in said_at_the_end((flown.out / said).read_text())}
+    figures = {figure.key: figure for figure in said_at_the_end(said.read_text())}
     threads = {f"thread.{name}" for name in ("imu", "tick", "camera", "range", "nav", "log", "command")}
     assert figures.keys() == {"memory.flight", "faults.flight"} | threads
     budgets = read_budgets(BUDGETS)
@@ -167,31 +199,31 @@ def test_without_an_imu_it_says_so_and_comes_back(flown: Flown) -> None:
     assert states[-1].valid and states[-1].mode != FAILED
 
 
-def _missed_images(flown: Flown) -> int:
+def _missed_images(played: Flown) -> int:
     """How many were played before the camera was heard."""
-    played, received = (Log(flown.out / name).stamps_ns("CAMERA") for name in ("played.lcm", "hil.lcm"))
-    return len(played) - len(received)
+    sent, received = (Log(played.out / name).stamps_ns("CAMERA") for name in ("played.lcm", "hil.lcm"))
+    return len(sent) - len(received)
 
 
-def test_what_is_played_arrives_byte_for_byte(flown: Flown) -> None:
-    played, received = Log(flown.out / "played.lcm"), Log(flown.out / "hil.lcm")
-    assert received.serial_bytes() == played.serial_bytes()
-    images, received_images = (log.messages("CAMERA", "image_t") for log in (played, received))
-    missed = _missed_images(flown)
+def test_what_is_played_arrives_byte_for_byte(played: Flown) -> None:
+    sent, received = Log(played.out / "played.lcm"), Log(played.out / "hil.lcm")
+    assert received.serial_bytes() == sent.serial_bytes()
+    images, received_images = (log.messages("CAMERA", "image_t") for log in (sent, received))
+    missed = _missed_images(played)
     assert missed < 20, "a camera that is silent is asked again every 0.1 s"
     assert [image.pixels for image in received_images] == [image.pixels for image in images[missed:]]
     frames, received_frames = (
         [(frame.id, bytes(frame.bytes[: frame.size])) for frame in log.messages("RAW_CAN", "can_frame_t")]
-        for log in (played, received)
+        for log in (sent, received)
     )
     measurements = {identifier for identifier, _ in received_frames}  # others are not for a range finder's driver
     assert received_frames == [frame for frame in frames if frame[0] in measurements]
     assert len(received_frames) > 0.9 * len(frames)
-    report = (flown.out / "hil.txt").read_text()
+    report = (played.out / "hil.txt").read_text()
     assert report.count("dropped 0, not understood 0, lag mean") == 3, report
 
 
-def test_who_flies_by_what_is_played_finds_what_a_replay_finds(flown: Flown) -> None:
+def test_who_flies_by_what_is_played_finds_what_a_replay_finds(played: Flown) -> None:
     """Stamps differ by what the machine makes of them, so that states are not the same bits, but the same flight.
 
     The world begins where a filter starts, which is at another image where the first ones were missed.
@@ -199,10 +231,10 @@ def test_who_flies_by_what_is_played_finds_what_a_replay_finds(flown: Flown) -> 
     replayed, live = (
         {
             state.sequence + missed: state
-            for state in Log(flown.out / name).messages("NAV_STATE", "nav_state_t")
+            for state in Log(played.out / name).messages("NAV_STATE", "nav_state_t")
             if state.valid
         }
-        for name, missed in (("small.lcm", 0), ("hil.lcm", _missed_images(flown)))
+        for name, missed in (("small.lcm", 0), ("hil.lcm", _missed_images(played)))
     )
     both = sorted(replayed.keys() & live.keys())
     assert len(both) > 0.8 * len(replayed)
