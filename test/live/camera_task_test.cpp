@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "hal/include/no_sink.h"
 #include "hal/linux/frame_socket.h"
@@ -49,6 +53,55 @@ TEST(CameraTask, StampsImagesByTheClockOfTheImu) {
     const std::int64_t readout_ns = is_ov7251 ? 0 : found->end_of_frame_ns - found->end_of_exposure_ns;
     const Time expected = Time::from_ns(found->middle_ns() + readout_ns) + setup.shift;
     EXPECT_LE(std::abs((image.reference.t_exposure_mid - expected).ns()), emulator::Ov7251Emulator::kLine_ns);
+  }
+}
+
+constexpr std::size_t index_of(std::string_view counter) {
+  for (std::size_t i = 0; i < kCameraFaults.size(); ++i) {
+    if (kCameraFaults[i].name == counter) return i;
+  }
+  return kCameraFaults.size();
+}
+
+// As often as it goes, and each reason once, however often the camera is looked for.
+TEST(CameraTask, TellsOnceWhyTheCameraIsAway) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "camera").string();
+  auto daemon = std::make_unique<emulator::CameraDaemon>(path);
+  std::string error;
+  const std::unique_ptr<FrameSocket> port = FrameSocket::open(path, error);
+  ASSERT_NE(port, nullptr) << error;
+  const CameraCalibration camera{.width = 640, .height = 480};
+  const auto rings = std::make_unique<SensorRings>();
+  LinuxClock clock;
+  NoSink log;
+  CameraTask task(*port, {}, camera, *rings, clock, log);
+  constexpr int kMostTurns = 400;  // of 50 ms at most
+  const auto gone = [&task] { return task.faults()[index_of("gone")]; };
+  const auto sees_images = [&] {
+    const std::uint64_t before = task.images();
+    for (int i = 0; i < kMostTurns && task.images() == before; ++i) {
+      task.run_once();
+      StoredImage image;
+      if (rings->images.pop(image)) static_cast<void>(rings->empty.push(image.slot));
+    }
+    return task.images() > before;
+  };
+  ASSERT_TRUE(sees_images());
+  EXPECT_EQ(gone().count, 0U);
+  for (int times = 1; times <= 2; ++times) {
+    daemon.reset();
+    std::filesystem::remove(path);
+    const std::uint64_t before = gone().count;
+    for (int i = 0; i < kMostTurns && gone().count < before + 2; ++i) task.run_once();
+    const std::uint64_t told = gone().count;
+    EXPECT_EQ(told, before + 2) << "the other side has closed, and then there is no such socket";
+    EXPECT_EQ(gone().value, ENOENT);
+    for (int i = 0; i < 10; ++i) task.run_once();
+    EXPECT_EQ(gone().count, told) << "it is told already";
+    daemon = std::make_unique<emulator::CameraDaemon>(path);
+    EXPECT_TRUE(sees_images());
+    EXPECT_EQ(gone().count, told);
   }
 }
 
