@@ -88,10 +88,11 @@ TEST(KernelCanRange, MeasuresAgainAfterBusOff) {
     EXPECT_EQ(can->health().state, CanState::kBusOff);
     EXPECT_EQ(can->send(kOwn), Status::kRejected);
     bus.tell_bus_off(false);
+    EXPECT_FALSE(receiver.poll(Duration::from_ms(20)));
+    EXPECT_EQ(can->health().state, CanState::kActive) << "before anybody else is heard";
+    EXPECT_EQ(can->send(kOwn), Status::kOk);
     bus.with_unit([](test::CanRangeEmulator& unit) { unit.faults().silent = false; });
     EXPECT_TRUE(measures());
-    EXPECT_EQ(can->health().state, CanState::kActive);
-    EXPECT_EQ(can->send(kOwn), Status::kOk);
     EXPECT_EQ(can->health().bus_offs, times);
     EXPECT_EQ(can->health().restarts, times);
     EXPECT_EQ(receiver.decoder().transfer_counters().crc_errors, 0U);
