@@ -1,8 +1,8 @@
 // plumb-fsw flies with emulated devices on real interfaces, in real time; its log is flown again, from the input frames
 // and from the bytes of the devices, and gives the same bits.
 //
-// PLUMB_LIVE_SECONDS: length of a flight, 12 by default. PLUMB_LIVE_LOAD: threads that burn time beside the flight under a
-// kernel of its own, 0 by default.
+// PLUMB_LIVE_SECONDS: length of a flight, 12 by default. PLUMB_LIVE_LOAD: threads that burn time beside the flight
+// under a kernel of its own, 0 by default.
 
 #include <gtest/gtest.h>
 
@@ -324,8 +324,8 @@ TEST(KernelLiveFlight, WithRangesOnCanReplaysBitByBitAndIsANodeOnTheBus) {
   const std::string range = range_section("can: vcan0\n  own_node_id: 77\n  latency_ms: 2");
   // This kernel has one slow processor. On that, threads of a priority leave no time to the one that writes the log.
   const unsigned load = load_in_kernel();
-  const LiveFlight flight = load > 0 ? fly_too_slowly(folder.path(), "vcan0", range, load)
-                                     : fly(folder.path(), "vcan0", kNoPriority + range);
+  const LiveFlight flight =
+      load > 0 ? fly_too_slowly(folder.path(), "vcan0", range, load) : fly(folder.path(), "vcan0", kNoPriority + range);
   const std::vector<NodeStatus> heard = listener.end();
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   ASSERT_GE(heard.size(), 3U) << listener.text();
