@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "config/input_error.h"
@@ -20,6 +19,11 @@ std::string as_text(const YAML::Node& value) {
     text += item.IsScalar() ? item.Scalar() : "...";
   }
   return text + "]";
+}
+
+void tell(std::vector<std::string>* faults, const std::string& fault) {
+  if (faults == nullptr) throw InputError(fault);
+  faults->push_back(fault);
 }
 
 YAML::Node both(const YAML::Node& first, const YAML::Node& second) {
@@ -51,11 +55,7 @@ void YamlFile::load(const std::function<YAML::Node()>& read, std::vector<std::st
     throw InputError(file_.string() + ": not readable as YAML: " + error.what());
   }
   if (!root_.IsMap()) throw InputError(file_.string() + ": expected a YAML map of keys and values");
-  const Tell tell = [faults](const std::string& fault) {
-    if (faults == nullptr) throw InputError(fault);
-    faults->push_back(fault);
-  };
-  root_.reset(with_plain_keys(root_, "", 0, tell));
+  root_.reset(with_plain_keys(root_, "", 0, faults));
 }
 
 std::string YamlFile::line_of(const YAML::Node& node) const {
@@ -66,28 +66,28 @@ std::string YamlFile::line_of(const YAML::Node& node) const {
 // The limit also ends a file that holds itself, which an alias can do. A map without faults is returned as it is: one
 // that is put together has no line.
 YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& prefix, int depth,
-                                     const Tell& tell) const {
+                                     std::vector<std::string>* faults) const {
   constexpr int kDeepest = 32;
   if (depth > kDeepest) {
     throw InputError(line_of(map) + ": expected at most " + std::to_string(kDeepest) + " levels of keys");
   }
   std::vector<std::pair<YAML::Node, YAML::Node>> entries;
-  std::map<std::string, std::size_t> places;
   bool changed = false;
   for (const auto& entry : map) {
     if (!entry.first.IsScalar()) {
-      tell(line_of(entry.first) + ": expected keys of one word, found " + as_text(entry.first));
+      tell(faults, line_of(entry.first) + ": expected keys of one word, found " + as_text(entry.first));
       changed = true;
       continue;
     }
     const std::string& key = entry.first.Scalar();
-    const auto [place, is_new] = places.try_emplace(key, entries.size());
-    if (is_new) {
+    const auto same = std::find_if(entries.begin(), entries.end(),
+                                   [&key](const auto& before) { return before.first.Scalar() == key; });
+    if (same == entries.end()) {
       entries.emplace_back(entry.first, entry.second);
       continue;
     }
-    auto& [first_key, first] = entries[place->second];
-    tell(line_of(entry.first) + ": key '" + prefix + key + "': stands on line " +
+    auto& [first_key, first] = *same;
+    tell(faults, line_of(entry.first) + ": key '" + prefix + key + "': stands on line " +
          std::to_string(first_key.Mark().line + 1) + " already; expected once, found " + as_text(entry.second));
     if (first.IsMap() && entry.second.IsMap()) first.reset(both(first, entry.second));
     changed = true;
@@ -95,7 +95,7 @@ YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& p
   YAML::Node plain(YAML::NodeType::Map);
   for (auto& [key, value] : entries) {
     if (value.IsMap()) {
-      const YAML::Node inner = with_plain_keys(value, prefix + key.Scalar() + ".", depth + 1, tell);
+      const YAML::Node inner = with_plain_keys(value, prefix + key.Scalar() + ".", depth + 1, faults);
       changed = changed || !inner.is(value);
       value.reset(inner);
     }

@@ -47,9 +47,9 @@ class YamlFile {
   [[noreturn]] void fail_at(const YAML::Node& value, const std::string& key, const std::string& message) const;
 
  private:
-  using Tell = std::function<void(const std::string& fault)>;
   void load(const std::function<YAML::Node()>& read, std::vector<std::string>* faults);
-  YAML::Node with_plain_keys(const YAML::Node& map, const std::string& prefix, int depth, const Tell& tell) const;
+  YAML::Node with_plain_keys(const YAML::Node& map, const std::string& prefix, int depth,
+                             std::vector<std::string>* faults) const;
   std::string line_of(const YAML::Node& node) const;
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node require(const std::string& key) const;

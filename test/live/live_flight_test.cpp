@@ -72,8 +72,8 @@ void expect_no_heap(const std::string& output) {
   EXPECT_EQ(callers, std::vector<std::string>{}) << output;
 }
 
-/// Both ways of flying the log again give the hashes of the flight, `states_hz` states a second and more, and logs without
-/// a difference. Returns what the first replay said.
+/// Both ways of flying the log again give the hashes of the flight, `states_hz` states a second and more, and logs
+/// without a difference. Returns what the first replay said.
 std::string expect_equal_replays(const fs::path& folder, double states_hz = 5.0) {
   std::string said;
   const std::string log = (folder / "flight.lcm").string();
