@@ -19,8 +19,8 @@ std::string shortest(double value) {
 }
 
 // Why a value was refused, for the end of a message.
-std::string refusal(const ParamRow<Parameters>& row, double value) {
-  std::string text = shortest(value) + " refused for " + std::string(row.name) + "; expected ";
+std::string refusal(const ParamRow<Parameters>& row) {
+  std::string text = "refused for " + std::string(row.name) + "; expected ";
   if (row.kind != ParamKind::kReal) text += "a whole number ";
   text.append("from ").append(shortest(row.min)).append(" to ").append(shortest(row.max));
   if (row.unit != "1") text.append(" ").append(row.unit);
@@ -31,7 +31,7 @@ void set_from(const YamlFile& yaml, const std::string& key, double value, std::s
               Parameters& parameters) {
   const auto [status, row] = parameter_table().set(parameters, parameter, value);
   PLUMB_ASSERT(row != nullptr);  // the names used here are the table's
-  if (!ok(status)) yaml.fail(key, refusal(*row, value));
+  if (!ok(status)) yaml.fail(key, refusal(*row));
 }
 
 // Nothing that flies is larger; millimetres in the place of metres are.
@@ -80,15 +80,17 @@ void read_distortion(const YamlFile& yaml, const char* key, CameraCalibration& c
     camera.distortion = Distortion::kNone;
     return;
   } else {
-    yaml.fail("distortion_model", "expected radial-tangential, equidistant, fov or none, found '" + model + "'");
+    yaml.fail("distortion_model", "expected radial-tangential, equidistant, fov or none");
   }
   const std::vector<double> values = yaml.numbers(key, count);
   for (std::size_t i = 0; i < count; ++i) camera.coefficients[i] = values[i];
 }
 
+void expect_pinhole(const YamlFile& yaml) {
+  if (yaml.text("camera_model") != "pinhole") yaml.fail("camera_model", "expected pinhole");
+}
+
 void read_resolution(const YamlFile& yaml, CameraCalibration& camera) {
-  const std::string model = yaml.text("camera_model");
-  if (model != "pinhole") yaml.fail("camera_model", "expected pinhole, found '" + model + "'");
   constexpr double kMaxSide = 65536.0;  // px
   const std::vector<double> size = yaml.numbers("resolution", 2);
   for (const double side : size) {
@@ -126,7 +128,7 @@ void read_field_of_view(const YamlFile& yaml, const char* key, Calibration& cali
     Vec2 normalised;
     int step = kSteps;
     while (step > 0 && !ok(model.undistort(centre + (edge - centre) * (step / double{kSteps}), normalised))) --step;
-    if (step == 0) yaml.fail(key, "the lens model cannot be inverted anywhere in the image");
+    if (step == 0) yaml.fail(key, "expected a lens model that can be inverted somewhere in the image");
     calibration.sensor.half_fov_x = std::max(calibration.sensor.half_fov_x, std::abs(normalised.x()));
     calibration.sensor.half_fov_y = std::max(calibration.sensor.half_fov_y, std::abs(normalised.y()));
   }
@@ -137,13 +139,15 @@ void read_field_of_view(const YamlFile& yaml, const char* key, Calibration& cali
 void read_lens(const YamlFile& yaml, const char* key, Calibration& calibration, const Steps& steps) {
   CameraCalibration camera;
   int sound = 0;
+  steps([&] { expect_pinhole(yaml), ++sound; });
   steps([&] { read_resolution(yaml, camera), ++sound; });
   steps([&] { read_projection(yaml, camera), ++sound; });
   steps([&] { read_distortion(yaml, key, camera), ++sound; });
-  if (sound < 3) return;
+  if (!yaml.has("distortion_model")) static_cast<void>(yaml.has(key));  // that is no unknown key then
+  if (sound < 4) return;
   steps([&] {
     if (!ok(CameraModel::check(camera))) {
-      yaml.fail("intrinsics", "with " + std::string(key) + " and resolution do not make a usable camera");
+      yaml.fail("intrinsics", "expected a usable camera, with " + std::string(key) + " and resolution");
     }
     calibration.camera = camera;
     read_field_of_view(yaml, key, calibration);
@@ -170,23 +174,25 @@ void read_node(const YamlFile& yaml, const YAML::Node& node, const std::string& 
       if (entry.second.IsScalar() && YAML::convert<bool>::decode(entry.second, flag)) {
         value = flag ? 1.0 : 0.0;
       } else if (!entry.second.IsScalar() || !YAML::convert<double>::decode(entry.second, value)) {
-        yaml.fail_at(entry.second.Mark().line, name, "expected a number");
+        yaml.fail_at(entry.second, name, "expected a number");
       }
       const auto [status, row] = parameter_table().set(parameters, name, value);
-      if (row == nullptr) yaml.fail_at(entry.first.Mark().line, name, "no parameter has this name (see --list-params)");
-      if (!ok(status)) yaml.fail_at(entry.second.Mark().line, name, refusal(*row, value));
+      if (row == nullptr) yaml.fail_at(entry.second, name, "no parameter has this name (see --list-params)");
+      if (!ok(status)) yaml.fail_at(entry.second, name, refusal(*row));
     });
   }
 }
 
 }  // namespace
 
-void read_camera(const YamlFile& camera_yaml, const YamlFile& imu_yaml, Calibration& calibration, const Steps& steps) {
-  read_lens(camera_yaml, "distortion_coefficients", calibration, steps);
+void read_camera(const YamlFile* camera, const YamlFile* imu, Calibration& calibration, const Steps& steps) {
   Pose camera_pose{Mat3::Identity(), Vec3::Zero()};
   Pose imu_pose = camera_pose;
-  steps([&] { camera_pose = read_pose(camera_yaml); });
-  steps([&] { imu_pose = read_pose(imu_yaml); });
+  if (camera != nullptr) {
+    read_lens(*camera, "distortion_coefficients", calibration, steps);
+    steps([&] { camera_pose = read_pose(*camera); });
+  }
+  if (imu != nullptr) steps([&] { imu_pose = read_pose(*imu); });
   calibration.sensor.q_IC = Quat(Mat3(imu_pose.rotation.transpose() * camera_pose.rotation)).normalized();
   calibration.sensor.p_IC_m = imu_pose.rotation.transpose() * (camera_pose.translation - imu_pose.translation);
 }
@@ -281,7 +287,8 @@ void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& 
 void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
                  std::vector<std::string>& warnings) {
   const YamlFile camera(cam0 / "sensor.yaml");
-  read_camera(camera, YamlFile(imu0 / "sensor.yaml"), calibration);
+  const YamlFile imu(imu0 / "sensor.yaml");
+  read_camera(&camera, &imu, calibration);
   warn_of_unused(camera, warnings);
 }
 

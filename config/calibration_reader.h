@@ -19,8 +19,9 @@ inline const Steps kUntilFirstFault = [](const std::function<void()>& step) { st
 
 // The keys are those of the ASL layout; each reader throws InputError, or hands it to `steps`.
 
-/// Camera model and camera pose in the IMU, whose section has a T_BS as well.
-void read_camera(const YamlFile& camera, const YamlFile& imu, Calibration& calibration,
+/// Camera model and camera pose in the IMU, whose section has a T_BS as well. Null: one that cannot be read, which is a
+/// fault already; the other is read for its own.
+void read_camera(const YamlFile* camera, const YamlFile* imu, Calibration& calibration,
                  const Steps& steps = kUntilFirstFault);
 /// What Kalibr's camchain-imucam.yaml has under the name of a camera: the same by its keys. Returns what is to be added
 /// to the stamp of an image to be on the IMU's clock, its timeshift_cam_imu.

@@ -27,26 +27,26 @@ class Reader {
     std::optional<YamlFile> imu = section("imu");
     std::optional<YamlFile> camera = section("camera");
     if (imu) read_imu_section(*imu);
-    if (imu && camera) read_calibration(*camera, *imu);
+    read_calibration(camera ? &*camera : nullptr, imu ? &*imu : nullptr);
     if (camera) read_camera_section(*camera);
     std::optional<YamlFile> range;
     if (file_.has("range")) range = section("range");
     if (range) read_range_section(*range);
     setup_.parameters.estimator.range.enabled = range.has_value();
+    const std::size_t faults_before = faults_.size();
     if (file_.has("parameters")) {
       if (const auto parameters = section("parameters")) read_parameters(*parameters, setup_.parameters, steps_);
     }
+    const bool has_parameters = faults_.size() == faults_before;
     if (file_.has("threads")) {
       if (const auto threads = section("threads")) read_threads(*threads);
     }
-    // Keys of the camera and of the IMU are asked for in company, those of a range finder by its kind.
-    if (imu && camera) {
-      refuse_unknown(*imu);
-      refuse_unknown(*camera);
-    }
+    if (imu) refuse_unknown(*imu);
+    if (camera) refuse_unknown(*camera);
+    // The keys of a range finder are asked for by its kind.
     if (range && setup_.range.kind != RangeDevice::kNone) refuse_unknown(*range);
     refuse_unknown(file_);
-    if (faults_.empty() && is_calibrated_) check_whole();
+    if (setup_.calibration.camera.width > 0) check_whole(has_parameters);
     return setup_;
   }
 
@@ -67,7 +67,7 @@ class Reader {
     const double found = yaml.optional_number(key).value_or(value);
     if (found >= min && found <= max) return found;
     std::ostringstream expected;
-    expected << found << " refused; expected " << min << " to " << max;
+    expected << "expected " << min << " to " << max;
     yaml.fail(key, expected.str());
   }
   static int whole(const YamlFile& yaml, const char* key, int value, int min, int max) {
@@ -83,7 +83,7 @@ class Reader {
     if (word == "off") return CommandAccess::kOff;
     if (word == "local") return CommandAccess::kLocal;
     if (word == "network") return CommandAccess::kNetwork;
-    file_.fail("commands", "expected off, local or network, found '" + word + "'");
+    file_.fail("commands", "expected off, local or network");
   }
 
   void read_imu_section(const YamlFile& yaml) {
@@ -97,7 +97,7 @@ class Reader {
     });
     steps_([&] {
       if (!stim300::is_usable(settings)) {
-        yaml.fail("rate_hz", "rate_hz, filter_hz, accel_range_g and baud make no setting that a STIM300 can fly with");
+        yaml.fail("rate_hz", "expected, with filter_hz, accel_range_g and baud, a setting that a STIM300 can fly with");
       }
     });
     read_imu_options(yaml, setup_.parameters, steps_);
@@ -112,13 +112,10 @@ class Reader {
   /// What is wrong with it names the key, unless the file itself is there.
   std::optional<YamlFile> kalibr_file(const YamlFile& yaml) {
     const std::string name = yaml.text("kalibr");
-    if (folder_ == nullptr) {
-      is_calibrated_ = false;
-      return std::nullopt;
-    }
+    if (folder_ == nullptr) return std::nullopt;
     const std::filesystem::path path = *folder_ / name;
-    if (!std::filesystem::is_regular_file(path)) yaml.fail("kalibr", path.string() + " is no file");
-    return YamlFile(path);
+    if (!std::filesystem::is_regular_file(path)) yaml.fail("kalibr", path.string() + " is no file; expected one");
+    return YamlFile(path, &faults_);
   }
 
   void refuse_beside_kalibr(const YamlFile& yaml, std::initializer_list<const char*> keys) {
@@ -129,14 +126,16 @@ class Reader {
     }
   }
 
-  void read_calibration(const YamlFile& camera, const YamlFile& imu) {
-    if (!camera.has("kalibr")) return read_camera(camera, imu, setup_.calibration, steps_);
-    refuse_beside_kalibr(camera, {"T_BS", "camera_model", "resolution", "intrinsics", "distortion_model",
-                                  "distortion_coefficients"});
-    refuse_beside_kalibr(imu, {"T_BS"});
+  /// Null: a section that cannot be read, which is a fault already.
+  void read_calibration(const YamlFile* camera, const YamlFile* imu) {
+    if (camera == nullptr && imu != nullptr && !imu->has("T_BS")) return;  // may be right, for a camera of Kalibr
+    if (camera == nullptr || !camera->has("kalibr")) return read_camera(camera, imu, setup_.calibration, steps_);
+    refuse_beside_kalibr(*camera, {"T_BS", "camera_model", "resolution", "intrinsics", "distortion_model",
+                                   "distortion_coefficients"});
+    if (imu != nullptr) refuse_beside_kalibr(*imu, {"T_BS"});
     steps_([&] {
-      const std::string name = camera.text_or("kalibr_camera", "cam0");
-      if (const auto file = kalibr_file(camera)) {
+      const std::string name = camera->text_or("kalibr_camera", "cam0");
+      if (const auto file = kalibr_file(*camera)) {
         setup_.camera.shift = read_kalibr_camera(file->section(name), setup_.calibration, steps_);
       }
     });
@@ -149,7 +148,7 @@ class Reader {
     steps_([&] {
       const std::string model = yaml.text_or("model", "any");
       camera.is_ov7251 = model == "ov7251";
-      if (!camera.is_ov7251 && model != "any") yaml.fail("model", "expected ov7251 or any, found '" + model + "'");
+      if (!camera.is_ov7251 && model != "any") yaml.fail("model", "expected ov7251 or any");
     });
     steps_([&] { camera.socket = yaml.text_or("socket", ""); });
     steps_([&] {
@@ -175,7 +174,7 @@ class Reader {
         if (model == "v3") range.lidar_lite.model = lidar_lite::Model::kV3;
         else if (model == "v3hp") range.lidar_lite.model = lidar_lite::Model::kV3Hp;
         else if (model == "v4led") range.lidar_lite.model = lidar_lite::Model::kV4Led;
-        else yaml.fail("model", "expected v3, v3hp or v4led, found '" + model + "'");
+        else yaml.fail("model", "expected v3, v3hp or v4led");
       });
       steps_([&] { range.lidar_lite.period = milliseconds(yaml, "period_ms", 40.0); });
       steps_([&] {
@@ -186,7 +185,7 @@ class Reader {
         const std::string protocol = yaml.text_or("protocol", "dronecan");
         if (protocol == "dronecan") range.can.protocol = can_range::Protocol::kDronecan;
         else if (protocol == "benewake") range.can.protocol = can_range::Protocol::kBenewake;
-        else yaml.fail("protocol", "expected dronecan or benewake, found '" + protocol + "'");
+        else yaml.fail("protocol", "expected dronecan or benewake");
       });
       steps_([&] { range.can.bus_bit_s = whole(yaml, "bus_bit_s", range.can.bus_bit_s, 10'000, 1'000'000); });
       steps_([&] { range.can.node_id = whole(yaml, "node_id", range.can.node_id, can_range::kAny, 127); });
@@ -207,7 +206,7 @@ class Reader {
       yaml.fail("own_node_id", "stands beside protocol: benewake, whose bus has no nodes; expected dronecan");
     }
     const int id = whole(yaml, "own_node_id", range.node_status.node_id, 1, can_range::kMaxNodeId);
-    if (id == range.can.node_id) yaml.fail("own_node_id", std::to_string(id) + " is the sensor's node_id; expected another");
+    if (id == range.can.node_id) yaml.fail("own_node_id", "expected another than the sensor's node_id");
     range.node_status.node_id = static_cast<std::uint8_t>(id);
   }
 
@@ -232,8 +231,8 @@ class Reader {
     camera.fail(kalibr ? "kalibr" : "resolution", (kalibr ? "the resolution in it: " : "") + message);
   }
 
-  // What each part cannot see by itself.
-  void check_whole() {
+  /// What each part cannot see by itself. `has_parameters`: without a fault of their own.
+  void check_whole(bool has_parameters) {
     const CameraCalibration& camera = setup_.calibration.camera;
     steps_([&] {
       if (setup_.camera.is_ov7251 && (camera.width != ov7251::kWidth || camera.height != ov7251::kHeight)) {
@@ -243,9 +242,10 @@ class Reader {
     steps_([&] {
       if (camera.width > static_cast<std::int32_t>(FlightConfig::kMaxImageWidth) ||
           camera.height > static_cast<std::int32_t>(FlightConfig::kMaxImageHeight)) {
-        fail_resolution("is beyond " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
+        fail_resolution("expected at most " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
                         std::to_string(FlightConfig::kMaxImageHeight));
       }
+      if (!has_parameters) return;
       if (!ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
         throw InputError(file_.name() + ": the tracker.* parameters do not fit each other or the resolution");
       }
@@ -255,7 +255,6 @@ class Reader {
 
   const YamlFile& file_;
   const std::filesystem::path* folder_;
-  bool is_calibrated_ = true;
   std::vector<std::string>& faults_;
   FlightSetup setup_;
   const Steps steps_ = [this](const std::function<void()>& step) {
@@ -271,9 +270,9 @@ FlightSetup read_text(const std::string& name, const std::string& text, const st
                       std::vector<std::string>& faults) {
   FlightSetup setup;
   try {
-    const YamlFile file(name, text);
+    const YamlFile file(name, text, &faults);
     setup = Reader(file, folder, faults).read();
-  } catch (const InputError& fault) {  // it is no YAML at all
+  } catch (const InputError& fault) {  // it is no YAML at all, or has no end
     faults.push_back(fault.what());
   }
   setup.text = text;

@@ -7,42 +7,101 @@
 #include "config/input_error.h"
 
 namespace plumb {
+namespace {
 
-YamlFile::YamlFile(std::filesystem::path file) : file_(std::move(file)) {
+/// On one line; of lists only the words. (An emitter of the library would cost the process 70 kB.)
+std::string as_text(const YAML::Node& value) {
+  if (value.IsScalar()) return "'" + value.Scalar() + "'";
+  if (value.IsMap()) return "keys and values";
+  std::string text = "[";
+  for (const YAML::Node& item : value) {
+    if (text.size() > 1) text += ", ";
+    text += item.IsScalar() ? item.Scalar() : "...";
+  }
+  return text + "]";
+}
+
+void tell(std::vector<std::string>* faults, const std::string& fault) {
+  if (faults == nullptr) throw InputError(fault);
+  faults->push_back(fault);
+}
+
+YAML::Node both(const YAML::Node& first, const YAML::Node& second) {
+  YAML::Node map(YAML::NodeType::Map);
+  for (const YAML::Node& part : {first, second}) {
+    for (const auto& entry : part) map.force_insert(entry.first, entry.second);
+  }
+  return map;
+}
+
+}  // namespace
+
+YamlFile::YamlFile(std::filesystem::path file, std::vector<std::string>* faults) : file_(std::move(file)) {
   if (!std::filesystem::is_regular_file(file_)) {
     throw InputError(file_.string() + (std::filesystem::exists(file_) ? ": not a file" : ": not found") +
                      "; expected a YAML file");
   }
-  load([this] { return YAML::LoadFile(file_.string()); });
+  load([this] { return YAML::LoadFile(file_.string()); }, faults);
 }
 
-YamlFile::YamlFile(const std::string& name, const std::string& text) : file_(name) {
-  load([&text] { return YAML::Load(text); });
+YamlFile::YamlFile(const std::string& name, const std::string& text, std::vector<std::string>* faults) : file_(name) {
+  load([&text] { return YAML::Load(text); }, faults);
 }
 
-void YamlFile::load(const std::function<YAML::Node()>& read) {
+void YamlFile::load(const std::function<YAML::Node()>& read, std::vector<std::string>* faults) {
   try {
     root_ = read();
   } catch (const YAML::Exception& error) {
     throw InputError(file_.string() + ": not readable as YAML: " + error.what());
   }
   if (!root_.IsMap()) throw InputError(file_.string() + ": expected a YAML map of keys and values");
-  expect_plain_keys(root_, 0);
+  root_.reset(with_plain_keys(root_, "", 0, faults));
 }
 
-// The limit also ends a file that holds itself, which an alias can do.
-void YamlFile::expect_plain_keys(const YAML::Node& node, int depth) const {
+std::string YamlFile::line_of(const YAML::Node& node) const {
+  const int line = node.Mark().line;  // from 0, below that where nobody knows
+  return file_.string() + (line >= 0 ? " line " + std::to_string(line + 1) : std::string());
+}
+
+// The limit also ends a file that holds itself, which an alias can do. A map without faults is returned as it is: one
+// that is put together has no line.
+YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& prefix, int depth,
+                                     std::vector<std::string>* faults) const {
   constexpr int kDeepest = 32;
-  const std::string line = file_.string() + " line " + std::to_string(node.Mark().line + 1);
-  if (depth > kDeepest) throw InputError(line + ": expected at most " + std::to_string(kDeepest) + " levels of keys");
-  if (!node.IsMap()) return;
-  std::set<std::string> keys;
-  for (const auto& entry : node) {
-    if (!entry.first.IsScalar()) throw InputError(line + ": expected keys of one word");
-    const std::string& key = entry.first.Scalar();
-    if (!keys.insert(key).second) fail_at(entry.first.Mark().line, key, "stands here twice");
-    expect_plain_keys(entry.second, depth + 1);
+  if (depth > kDeepest) {
+    throw InputError(line_of(map) + ": expected at most " + std::to_string(kDeepest) + " levels of keys");
   }
+  std::vector<std::pair<YAML::Node, YAML::Node>> entries;
+  bool changed = false;
+  for (const auto& entry : map) {
+    if (!entry.first.IsScalar()) {
+      tell(faults, line_of(entry.first) + ": expected keys of one word, found " + as_text(entry.first));
+      changed = true;
+      continue;
+    }
+    const std::string& key = entry.first.Scalar();
+    const auto same = std::find_if(entries.begin(), entries.end(),
+                                   [&key](const auto& before) { return before.first.Scalar() == key; });
+    if (same == entries.end()) {
+      entries.emplace_back(entry.first, entry.second);
+      continue;
+    }
+    auto& [first_key, first] = *same;
+    tell(faults, line_of(entry.first) + ": key '" + prefix + key + "': stands on line " +
+         std::to_string(first_key.Mark().line + 1) + " already; expected once, found " + as_text(entry.second));
+    if (first.IsMap() && entry.second.IsMap()) first.reset(both(first, entry.second));
+    changed = true;
+  }
+  YAML::Node plain(YAML::NodeType::Map);
+  for (auto& [key, value] : entries) {
+    if (value.IsMap()) {
+      const YAML::Node inner = with_plain_keys(value, prefix + key.Scalar() + ".", depth + 1, faults);
+      changed = changed || !inner.is(value);
+      value.reset(inner);
+    }
+    plain.force_insert(key, value);
+  }
+  return changed ? plain : map;
 }
 
 std::optional<YAML::Node> YamlFile::find(const std::string& key) const {
@@ -78,7 +137,7 @@ YAML::Node YamlFile::require(const std::string& key) const {
 double YamlFile::to_number(const YAML::Node& node, const std::string& key) const {
   double value = 0.0;
   if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-    fail(key, "expected a finite number" + (node.IsScalar() ? ", found '" + node.Scalar() + "'" : std::string()));
+    fail_at(node, key, "expected a finite number");
   }
   return value;
 }
@@ -99,7 +158,7 @@ std::string YamlFile::word(const std::string& key) const {
 
 std::string YamlFile::text(const std::string& key) const {
   const std::string found = word(key);
-  if (found.empty()) fail(key, "expected one word, found none");
+  if (found.empty()) fail(key, "expected one word");
   return found;
 }
 
@@ -112,9 +171,7 @@ std::vector<double> YamlFile::numbers(const std::string& key, std::size_t count)
   const YAML::Node node = require(key);
   const bool right_size = node.IsSequence() && (count == 0 || node.size() == count);
   if (!right_size) {
-    const std::string found = node.IsSequence() ? std::to_string(node.size()) : std::string("no list");
-    fail(key, "expected a list of " + (count == 0 ? std::string() : std::to_string(count) + " ") + "numbers, found " +
-                  found);
+    fail(key, "expected a list of " + (count == 0 ? std::string() : std::to_string(count) + " ") + "numbers");
   }
   std::vector<double> values;
   for (const YAML::Node& item : node) values.push_back(to_number(item, key));
@@ -126,8 +183,8 @@ std::vector<std::string> YamlFile::unused_keys(std::initializer_list<std::string
   for (const auto& entry : root_) {
     const std::string& key = entry.first.Scalar();
     if (asked_.contains(key) || std::find(ignored.begin(), ignored.end(), key) != ignored.end()) continue;
-    sentences.push_back(file_.string() + " line " + std::to_string(entry.first.Mark().line + 1) + ": key '" + prefix_ + key +
-                        "' is not known and has no effect");
+    sentences.push_back(line_of(entry.first) + ": key '" + prefix_ + key + "' is not known and has no effect, found " +
+                        as_text(entry.second));
   }
   return sentences;
 }
@@ -147,13 +204,12 @@ std::vector<double> YamlFile::matrix(const std::string& key, std::size_t rows, s
 }
 
 void YamlFile::fail(const std::string& key, const std::string& message) const {
-  const std::optional<YAML::Node> node = find(key);
-  fail_at(node ? node->Mark().line : -1, key, message);
+  if (const std::optional<YAML::Node> node = find(key)) fail_at(*node, key, message);
+  throw InputError(file_.string() + ": key '" + prefix_ + key + "': " + message);
 }
 
-void YamlFile::fail_at(int line, const std::string& key, const std::string& message) const {
-  const std::string where = line >= 0 ? " line " + std::to_string(line + 1) : std::string();
-  throw InputError(file_.string() + where + ": key '" + prefix_ + key + "': " + message);
+void YamlFile::fail_at(const YAML::Node& value, const std::string& key, const std::string& message) const {
+  throw InputError(line_of(value) + ": key '" + prefix_ + key + "': " + message + ", found " + as_text(value));
 }
 
 }  // namespace plumb

@@ -1,5 +1,6 @@
 #pragma once
-// A YAML file whose keys are required unless said otherwise. Every fault names the file, the key and what was expected.
+// A YAML file whose keys are required unless said otherwise. Every fault names the file, the line, the key, what was
+// expected and what was found.
 
 #include <yaml-cpp/yaml.h>
 
@@ -17,10 +18,11 @@ namespace plumb {
 
 class YamlFile {
  public:
-  /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map.
-  explicit YamlFile(std::filesystem::path file);
+  /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map. With `faults` keys that
+  /// stand twice are added to it instead: of two maps both are read, of two values the first.
+  explicit YamlFile(std::filesystem::path file, std::vector<std::string>* faults = nullptr);
   /// The same for the text of a file that was read before; `name` is what messages call it.
-  YamlFile(const std::string& name, const std::string& text);
+  YamlFile(const std::string& name, const std::string& text, std::vector<std::string>* faults = nullptr);
 
   /// The map under a key of this one, as a file of its own: its keys are named from there, its faults in full.
   YamlFile section(const std::string& key) const;
@@ -39,14 +41,16 @@ class YamlFile {
   std::string name() const { return file_.string(); }
   /// One sentence for each key of the outermost map that nobody asked for and that is not among `ignored`.
   std::vector<std::string> unused_keys(std::initializer_list<std::string_view> ignored) const;
-  /// "FILE line N: key 'KEY': message".
+  /// "FILE line N: key 'KEY': message, found VALUE"; without line and value where the key is missing.
   [[noreturn]] void fail(const std::string& key, const std::string& message) const;
-  /// The same for a line that is known, counted from 0 (-1: unknown).
-  [[noreturn]] void fail_at(int line, const std::string& key, const std::string& message) const;
+  /// The same for the key's value, or one number of its list.
+  [[noreturn]] void fail_at(const YAML::Node& value, const std::string& key, const std::string& message) const;
 
  private:
-  void load(const std::function<YAML::Node()>& read);
-  void expect_plain_keys(const YAML::Node& node, int depth) const;
+  void load(const std::function<YAML::Node()>& read, std::vector<std::string>* faults);
+  YAML::Node with_plain_keys(const YAML::Node& map, const std::string& prefix, int depth,
+                             std::vector<std::string>* faults) const;
+  std::string line_of(const YAML::Node& node) const;
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node require(const std::string& key) const;
   std::string word(const std::string& key) const;

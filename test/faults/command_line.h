@@ -9,10 +9,10 @@
 
 namespace plumb::faults {
 
-/// Reads the arguments and runs. The exit code of that; 2 for bad arguments, 1 for an exception, each told on standard
-/// error.
+/// Reads the arguments and runs. `usage`: the help. The exit code of that; 2 for bad arguments, 1 for an exception,
+/// each told on standard error.
 template <typename Run>
-int run_command_line(CLI::App& app, int argc, char** argv, Run run) {
+int run_command_line(CLI::App& app, const char* usage, int argc, char** argv, Run run) {
   const auto tell = [&app](const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
   };
@@ -22,8 +22,8 @@ int run_command_line(CLI::App& app, int argc, char** argv, Run run) {
   try {
     app.parse(argc, argv);
     return run();
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+  } catch (const CLI::CallForHelp&) {
+    return std::puts(usage) < 0 ? 1 : 0;
   } catch (const CLI::ParseError& error) {
     tell(error);
     return 2;

@@ -8,6 +8,7 @@
 #include "config/arguments.h"
 #include "test/faults/command_line.h"
 #include "test/faults/endurance.h"
+#include "test/faults/usage_of_endurance.h"
 
 namespace plumb::faults {
 namespace {
@@ -28,13 +29,9 @@ void print(const EnduranceReport& report, Clock::time_point start) {
 
 int main_of(int argc, char** argv) {
   double length_s = 7200.0;
-  CLI::App app(
-      "Flies the tasks of plumb-fsw on a simulated clock at full speed, twice side by side with computers of different "
-      "speed. Fails when memory grows, time slips or a hash differs.",
-      "endurance");
-  app.add_option("--seconds", length_s, "length of the simulated flight, 7200 by default")
-      ->check(number_from(10.0, 1e6));
-  return run_command_line(app, argc, argv, [&length_s] {
+  CLI::App app("", "endurance");
+  app.add_option("--seconds", length_s)->check(number_from(10.0, 1e6));
+  return run_command_line(app, kUsage, argc, argv, [&length_s] {
     constexpr double kSettled_s = 60.0;
     const Clock::time_point start = Clock::now();
     const EnduranceReport report = fly_endurance(length_s, std::min(kSettled_s, 0.5 * length_s),

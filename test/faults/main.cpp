@@ -10,6 +10,7 @@
 #include "test/faults/fault_table.h"
 #include "test/faults/matrix_page.h"
 #include "test/faults/process_faults.h"
+#include "test/faults/usage_of_faults.h"
 #include "test/support/temporary_folder.h"
 
 namespace plumb::faults {
@@ -80,13 +81,13 @@ int run(const Arguments& arguments) {
 
 int main_of(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("Flies with one fault after the other and compares what comes of it with what is expected.", "faults");
-  app.add_flag("--list", arguments.list, "name the faults, and end");
-  app.add_flag("--events", arguments.events, "print every event of the simulated flights");
-  app.add_option("--only", arguments.only, "run these faults only, separated by commas")->delimiter(',');
-  app.add_option("--out", arguments.out, "write the matrix to this Markdown file as well");
-  app.add_option("--keep", arguments.keep, "folder that keeps the log of each simulated flight");
-  return run_command_line(app, argc, argv, [&arguments] { return run(arguments); });
+  CLI::App app("", "faults");
+  app.add_flag("--list", arguments.list);
+  app.add_flag("--events", arguments.events);
+  app.add_option("--only", arguments.only)->delimiter(',');
+  app.add_option("--out", arguments.out);
+  app.add_option("--keep", arguments.keep);
+  return run_command_line(app, kUsage, argc, argv, [&arguments] { return run(arguments); });
 }
 
 }  // namespace

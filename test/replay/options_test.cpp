@@ -214,7 +214,7 @@ TEST_F(Options, HelpsAndRefusesWhatItDoesNotKnow) {
       {asl() + " --nonsense", "--nonsense"},
       {asl() + " --out ''", "--out: expected a name"},
       {asl() + " --params /nowhere.yaml", "/nowhere.yaml: not found"},
-      {asl() + " --params " + quoted(wrong), "1000 refused for range.gate_sigma; expected from 1.5 to 100"},
+      {asl() + " --params " + quoted(wrong), "refused for range.gate_sigma; expected from 1.5 to 100, found '1000'"},
       {asl() + " --params " + quoted(odd), "q.yaml: range.min_range must be below range.max_range"},
       {asl() + " --out /dev/null/x", "/dev/null"},
       {asl() + " --record /proc/no_folder/x.lcm", "/proc/no_folder"},

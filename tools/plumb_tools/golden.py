@@ -45,7 +45,7 @@ def recorded(recording: Path) -> dict[str, str]:
     return {RECORDING: replay_summary(recording)["run_hash"]}
 
 
-def read_golden(file: Path = GOLDEN) -> dict[str, str]:
+def read_golden(file: Path) -> dict[str, str]:
     """The hashes that are to come."""
     try:
         tree = json.loads(file.read_text(encoding="utf-8"))
@@ -71,11 +71,13 @@ def _golden(arguments: argparse.Namespace) -> None:
         seen |= recorded(arguments.recording)
     else:
         print(f"golden: no {arguments.recording}: only simulated flights", file=sys.stderr)
-    if arguments.accept:
-        files.write_text(GOLDEN, json.dumps({**read_golden(), **seen}, indent=2) + "\n")
-    if told := differences(seen, read_golden()):
+    told = differences(seen, read_golden(GOLDEN))
+    if told and not arguments.accept:
         raise StepFailed("\n  ".join(["other bits than before", *told, "if that is wanted: --accept, and say why"]))
-    print(f"golden: {len(seen)} flights, all hashes as before")
+    if told:
+        files.write_text(GOLDEN, json.dumps({**read_golden(GOLDEN), **seen}, indent=2) + "\n")
+    kept = f"kept {len(told)} other hashes" if told else "all hashes as before"
+    print("\n  ".join([f"golden: {len(seen)} flights, {kept}", *told]))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

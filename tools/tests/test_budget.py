@@ -31,7 +31,7 @@ def test_memory_and_stacks_are_within_budget() -> None:
 def test_memory_and_every_thread_of_a_flight_have_a_budget() -> None:
     said = (
         "memory at most 24.5 MiB\n"
-        "thread imu     stack used 8168 of 262144 bytes, page faults 0\n"
+        "thread imu     stack used 5816 of 262144 bytes, page faults 0\n"
         "thread nav     stack used 999999 of 9 bytes, page faults 33\n"
         "heap calls of thread plumb-fsw: 3952\n"
         "heap calls of thread nav: 5\n"
@@ -40,7 +40,7 @@ def test_memory_and_every_thread_of_a_flight_have_a_budget() -> None:
     figures = list(said_at_the_end(said))
     assert [(figure.key, figure.value) for figure in figures] == [
         ("memory.flight", 24.5 * 2**20),
-        ("thread.imu", 8168.0),
+        ("thread.imu", 5816.0),
         ("thread.nav", 999999.0),
         ("faults.flight", 33.0),
         ("heap.flight", 5.0),
@@ -61,6 +61,8 @@ def test_a_recorded_flight_takes_no_heap_and_little_memory(euroc_mh01: Path) -> 
         (50.0, Budget(100.0, 96.0), "was 96, -47.9 %"),
         (1.0, Budget(0.0, 0.0), "over budget"),
         (50.0, Budget(100.0, None), None),
+        (98.0, Budget(100.0, 96.0, 0.03), None),
+        (99.0, Budget(100.0, 96.0, 0.03), "was 96, +3.1 %"),
         (50.0, None, "has no budget"),
     ],
 )
@@ -70,9 +72,14 @@ def test_verdict(value: float, budget: Budget | None, expected: str | None) -> N
 
 def test_accepting_keeps_comments_and_what_was_not_measured(tmp_path: Path) -> None:
     file = tmp_path / "budgets.yaml"
-    file.write_text("# why\na: {most: 9, reviewed: 1}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3}\n")
+    file.write_text("# why\na: {most: 9, reviewed: 1}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3, within: 0.1}\n")
+    assert read_budgets(file) == {"a": Budget(9, 1), "b": Budget(9, None), "c": Budget(9, 3, 0.1)}
     accept([Figure("a", "", 5.0), Figure("b", "", 6.0)], file)
-    assert file.read_text() == "# why\na: {most: 9, reviewed: 5}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3}\n"
+    assert file.read_text() == (
+        "# why\na: {most: 9, reviewed: 5}\nb: {most: 9, reviewed: null}\nc: {most: 9, reviewed: 3, within: 0.1}\n"
+    )
+    accept([Figure("c", "", 4.0)], file)
+    assert "c: {most: 9, reviewed: 4, within: 0.1}\n" in file.read_text()
 
 
 @pytest.mark.parametrize("text", ["a: 5", "a: {most: much, reviewed: 1}", "a: {most: 1}", "[", ""])

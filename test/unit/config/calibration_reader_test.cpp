@@ -123,13 +123,16 @@ TEST(CalibrationReader, RefusesAParameterFileWhole) {
   };
   const Case cases[] = {
       {"imu.max_gap: 0.2\nrange:\n  gate: 3\n", "p.yaml line 3: key 'range.gate': no parameter has this name"},
-      {"imu.max_gap: 0.2\nrange.gate_sigma: 1e9\n", "1e+09 refused for range.gate_sigma; expected from 1.5 to 100"},
+      {"imu.max_gap: 0.2\nrange.gate_sigma: 1e9\n",
+       "refused for range.gate_sigma; expected from 1.5 to 100, found '1e9'"},
       {"imu.max_gap: 0.2\nvision.tiles_x: 2.5\n", "expected a whole number from 1 to 8"},
       {"imu.max_gap: 0.2\nrange.noise: .nan\n", "refused for range.noise; expected from 0.0001 to 10 m"},
       {"imu.max_gap: 0.2\nrange.noise: [1]\n", "key 'range.noise': expected a number"},
       {"imu.max_gap: 0.2\nrange.noise: {\n", "not readable as YAML"},
-      {"imu.max_gap: 0.2\nimu.max_gap: 0.3\n", "p.yaml line 2: key 'imu.max_gap': stands here twice"},
-      {"imu.max_gap: 0.2\nrange:\n  noise: 1\n  noise: 1\n", "p.yaml line 4: key 'noise': stands here twice"},
+      {"imu.max_gap: 0.2\nimu.max_gap: 0.3\n",
+       "p.yaml line 2: key 'imu.max_gap': stands on line 1 already; expected once, found '0.3'"},
+      {"imu.max_gap: 0.2\nrange:\n  noise: 1\n  noise: 1\n",
+       "p.yaml line 4: key 'range.noise': stands on line 3 already"},
       {"imu.max_gap: 0.2\n? [a, b]\n: 3\n", "expected keys of one word"},
       {"imu.max_gap: 0.2\nrange: &itself\n  noise: *itself\n", "expected at most 32 levels of keys"},
       {"- 1\n", "expected a YAML map"}};

@@ -114,6 +114,78 @@ TEST(FlightConfig, NamesEveryFaultAtOnce) {
   EXPECT_EQ(faults.size(), 9U);
 }
 
+/// The sound file with pieces of it replaced.
+std::string with_all(const std::vector<std::pair<std::string, std::string>>& pieces) {
+  std::string text = kSound;
+  for (const auto& [piece, by] : pieces) text.replace(text.find(piece), piece.size(), by);
+  return text;
+}
+
+TEST(FlightConfig, AKeyThatStandsTwiceHidesNoOtherFault) {
+  const std::vector<std::string> faults = faults_of(with_all({{"rate_hz: 20", "rate_hz: 20\n  rate_hz: 30"},
+                                                              {"resolution: [640, 480]", "resolution: [640]"},
+                                                              {"max_range_m: 40", "max_range_m: -40"}}) +
+                                                    "range:\n  node_id: 7\n  latency_ms: -1\n? [a, b]\n: 1\n");
+  for (const char* what :
+       {"flight.yaml line 15: key 'camera.rate_hz': stands on line 14 already; expected once, found '30'",
+        "flight.yaml line 34: key 'range': stands on line 22 already; expected once, found keys and values",
+        "key 'range.node_id': stands on line 24 already; expected once, found '7'",
+        "line 36: key 'range.latency_ms': expected 0 to 1000, found '-1'",
+        "line 37: expected keys of one word, found [a, b]",
+        "line 19: key 'camera.resolution': expected a list of 2 numbers, found [640]",
+        "key 'range.max_range_m': refused for range.max_range; expected from"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 7U) << testing::PrintToString(faults);
+}
+
+TEST(FlightConfig, ASectionThatIsNoneHidesNoFaultOfAnother) {
+  const std::size_t imu = kSound.find("imu:\n");
+  const std::size_t camera = kSound.find("camera:\n");
+  const std::size_t range = kSound.find("range:\n");
+  std::string text = kSound;
+  text.replace(imu, camera - imu, "imu: 5\n");
+  text.replace(text.find("400, 410"), 8, "400, -41");
+  text.replace(text.find("[0, -1,"), 7, "[0, -2,");
+  text.replace(text.find("rate_hz"), 7, "rate_zh");
+  text.replace(text.find("camera_model: pinhole"), 21, "camera_model: omni");
+  text.replace(text.find("[640, 480]"), 10, "[640]");
+  std::vector<std::string> faults = faults_of(text);
+  for (const char* what :
+       {"line 4: key 'imu': expected a map of keys and values, found '5'", "'camera.intrinsics'", "'camera.T_BS.data'",
+        "'camera.rate_zh'", "'camera.camera_model': expected pinhole, found 'omni'",
+        "'camera.resolution': expected a list of 2 numbers, found [640]"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 6U) << testing::PrintToString(faults);
+
+  text = kSound;
+  text.replace(camera, range - camera, "camera: [socket]\n");
+  text.replace(text.find("[1, 0, 0,"), 9, "[2, 0, 0,");
+  text.replace(text.find("accel_range_g"), 13, "accel_rnage_g");
+  faults = faults_of(text);
+  for (const char* what :
+       {"key 'camera': expected a map of keys and values, found [socket]", "'imu.T_BS.data'", "'imu.accel_rnage_g'"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 3U) << testing::PrintToString(faults);
+}
+
+TEST(FlightConfig, PartsThatDoNotFitEachOtherHideNoOtherFaultAndNoneHidesThem) {
+  const std::vector<std::string> faults = faults_of(
+      with_all({{"resolution: [640, 480]", "resolution: [1640, 480]"}, {"commands: network", "commands: all"}}));
+  EXPECT_TRUE(names(faults, "key 'camera.resolution': expected at most 752 x 480, found [1640, 480]"));
+  EXPECT_TRUE(names(faults, "key 'commands': expected off, local or network, found 'all'"));
+  EXPECT_EQ(faults.size(), 2U) << testing::PrintToString(faults);
+}
+
+// An alias can hold what it stands in.
+TEST(FlightConfig, AFileThatHoldsItselfIsRefused) {
+  EXPECT_TRUE(names(faults_of("imu: &i\n  rate_hz: 250\n  more: *i\n"), "levels of keys"));
+  EXPECT_TRUE(names(faults_of("&r {log: {}, log: *r}\n"), "levels of keys"));
+  EXPECT_TRUE(names(faults_of("log: &l [*l]\n"), "key 'log': expected one word, found "));
+}
+
 TEST(FlightConfig, RefusesANodeIdThatCannotBeItsOwn) {
   for (const char* bad : {"0", "128", "-1", "21.5", "42"}) {
     const std::vector<std::string> faults = faults_of(with("own_node_id: 21", std::string("own_node_id: ") + bad));

@@ -132,7 +132,7 @@ TEST_F(KalibrTest, NamesEveryFaultAtOnce) {
         "key 'cam0.distortion_model': expected radial-tangential, equidistant, fov or none, found 'omni'",
         "key 'cam0.timeshift_cam_imu': expected -1 to 1", "key 'cam0.resolution' is missing",
         "imu.yaml: key 'gyroscope_random_walk' is missing", "key 'T_i_b': expected the identity",
-        "key 'accelerometer_noise_density': -0.003 refused",
+        "key 'accelerometer_noise_density': refused for imu.accel_noise_density",
         "key 'imu.accelerometer_random_walk': stands beside kalibr", "key 'camera.intrinsics': stands beside kalibr",
         "camera.rate_hz"}) {
     EXPECT_TRUE(names(what)) << what;
@@ -150,7 +150,7 @@ TEST_F(KalibrTest, NamesFilesAndCamerasThatAreNotThere) {
   EXPECT_TRUE(names("'cam0.T_cam_imu': expected 4 rows of 4 numbers"));
   camchain_ = kCamchain + "cam0: 1\n";
   read(kImuSection + kCameraSection);
-  EXPECT_TRUE(names("key 'cam0': stands here twice"));
+  EXPECT_TRUE(names("key 'cam0': stands on line 1 already"));
 }
 
 // An OV7251 has a resolution of its own, and that is looked for where it stands.

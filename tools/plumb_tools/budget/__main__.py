@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,15 +36,22 @@ class Budget:
     """What a figure may be, and what it was when it was last looked at."""
 
     most: float
-    reviewed: float | None  #: None: it does not come again to the digit
+    reviewed: float | None  #: None: it is not judged by what it was
+    within: float = TOLERANCE  #: share by which it may be another
 
 
 def read_budgets(file: Path) -> dict[str, Budget]:
     """Budgets by key."""
     try:
         tree = yaml.safe_load(file.read_text(encoding="utf-8"))
-        return {key: Budget(float(row["most"]), None if row["reviewed"] is None else float(row["reviewed"]))
-                for key, row in tree.items()}  # fmt: skip
+        return {
+            key: Budget(
+                float(row["most"]),
+                None if row["reviewed"] is None else float(row["reviewed"]),
+                float(row.get("within", TOLERANCE)),
+            )
+            for key, row in tree.items()
+        }
     except (OSError, yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{file}: expected lines of KEY: {{most: NUMBER, reviewed: NUMBER or null}} ({error})") from None
 
@@ -54,7 +62,7 @@ def verdict(figure: Figure, budget: Budget | None) -> str | None:
         return "has no budget"
     if figure.value > budget.most:
         return "over budget"
-    if budget.reviewed is None or abs(figure.value - budget.reviewed) <= TOLERANCE * budget.reviewed:
+    if budget.reviewed is None or abs(figure.value - budget.reviewed) <= budget.within * budget.reviewed:
         return None
     return f"was {budget.reviewed:,.0f}, {100.0 * (figure.value / budget.reviewed - 1.0):+.1f} %"
 
@@ -66,7 +74,7 @@ def accept(figures: Sequence[Figure], file: Path) -> None:
     for line in file.read_text(encoding="utf-8").splitlines():
         key = line.split(":", 1)[0]
         if key in values and "reviewed: null" not in line:
-            line = f"{line.split('reviewed:', 1)[0]}reviewed: {values[key]:.0f}}}"
+            line = re.sub(r"reviewed: [\d.]+", f"reviewed: {values[key]:.0f}", line)
         lines.append(line)
     write_text(file, "\n".join(lines) + "\n")
 
