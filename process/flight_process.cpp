@@ -21,7 +21,7 @@
 #include "hal/linux/serial_port.h"
 #include "hal/linux/v4l2_camera.h"
 #include "process/device_tasks.h"
-#include "process/fault_page.h"
+#include "process/fault_line.h"
 #include "process/log_file.h"
 #include "process/thread_log.h"
 

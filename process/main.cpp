@@ -19,7 +19,6 @@
 #include "fsw/base/assert.h"
 #include "fsw/vision/vector_unit.h"
 #include "hal/linux/monotonic_clock.h"
-#include "process/fault_page.h"
 #include "process/flight_process.h"
 #include "process/host_check.h"
 #include "process/mode_page.h"
@@ -43,7 +42,6 @@ struct Arguments {
   bool dry_run = false;
   bool schedule = false;
   bool modes = false;
-  bool faults = false;
   bool telemetry = false;
   double duration_s = 0.0;
 };
@@ -158,7 +156,6 @@ int main_of(int argc, char** argv) {
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");
   app.add_flag("--modes", arguments.modes, "print the modes and the states of sensors as tables, and end");
-  app.add_flag("--faults", arguments.faults, "print the faults of devices that are counted as a table, and end");
   app.add_flag("--telemetry", arguments.telemetry, "print what is sent when as a table, and end");
   app.add_option("--duration", arguments.duration_s, "stop by itself after that many seconds")
       ->check(number_from(1e-3, kLongestFlight_s));
@@ -174,10 +171,6 @@ int main_of(int argc, char** argv) {
     }
     if (arguments.modes) {
       std::printf("%s\n%s", mode_page().c_str(), sensor_page().c_str());
-      return 0;
-    }
-    if (arguments.faults) {
-      std::printf("%s", fault_page().c_str());
       return 0;
     }
     if (arguments.telemetry) {

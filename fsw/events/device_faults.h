@@ -28,117 +28,151 @@ enum class FaultValue : std::uint8_t {
   kSystemError,  ///< errno, of Linux on the flight computer
 };
 
-/// A counter's name, what it counts, and what the value is that comes with it.
-struct FaultText {
-  struct Value {
-    FaultValue kind = FaultValue::kNone;
-    std::string_view meaning;
-  };
+/// A counter's name, and what the value is that comes with it. What it counts, and what its value means, is said in the
+/// comment above it alone, from where tools/interface takes it: flight needs no prose.
+struct FaultRow {
   std::string_view name;
-  std::string_view meaning;
-  Value value{};
+  FaultValue value = FaultValue::kNone;
 };
 
-inline constexpr FaultText::Value kStatusBytes{FaultValue::kBits, "status of gyros and accelerometers, 8 bits each"};
-inline constexpr FaultText::Value kSequence{FaultValue::kNumber, "sequence of the source"};
-inline constexpr FaultText::Value kFrameTail{FaultValue::kBits, "identifier, and the tail in the lowest 8 bits"};
-inline constexpr FaultText::Value kUnitCounter{FaultValue::kNumber, "the unit's counter"};
-inline constexpr FaultText::Value kUnitStep{FaultValue::kNumber, "step of the unit's counter, 2000 a second"};
-inline constexpr FaultText::Value kHowMany{FaultValue::kNumber, "how many the last time"};
-inline constexpr FaultText::Value kLateness{FaultValue::kNumber, "by how much [ns]"};
-inline constexpr FaultText::Value kToldAge{FaultValue::kNumber, "age that the stamp told [ns]"};
-inline constexpr FaultText::Value kSystemError{FaultValue::kSystemError, "the system's reason (errno)"};
-
-inline constexpr std::array<FaultText, 18> kStim300Faults{{
-    {"checksum_errors",
-     "datagrams that began where they should and failed",
-     {FaultValue::kBits, "checksum that came and the right one, 32 bits each"}},
-    {"skipped_bytes", "bytes that belonged to no datagram", {FaultValue::kBits, "the byte"}},
-    {"duplicates", "datagrams whose counter did not move", kUnitCounter},
-    {"unconfigured",
-     "datagrams of a unit that did not tell its setting, or another than expected",
-     {FaultValue::kNumber, "settings that are not as expected; 0: not told, or not understood"}},
-    {"starting", "datagrams of a unit that starts", kStatusBytes},
-    {"faulty", "datagrams in which the unit reports an error of its sensors, or has no accelerometer", kStatusBytes},
-    {"stuck", "datagrams with the same numbers again and again", {FaultValue::kNumber, "the X gyro [counts]"}},
-    {"overloads", "datagrams with an axis beyond its range, or soon after some", kStatusBytes},
-    {"unaligned", "datagrams after a gap from which no sample could be made", kUnitCounter},
-    {"out_of_order", "datagrams stamped at or before the last sample", kLateness},
-    {"conditions", "samples made outside operating conditions", kStatusBytes},
-    {"missing", "datagrams that never came, by the unit's counter", kUnitStep},
-    {"slips", "steps of the unit's counter that are no whole number of datagrams", kUnitStep},
-    {"restarts", "the unit was switched on or reset"},
-    {"clock_corrections", "stamps of the host and counter of the unit did not go together"},
-    {"overflows", "samples for which the ring to the tick had no room"},
-    {"reopened", "returns of the serial line after it was gone"},
-    {"gone", "the serial line is not there, or for another reason than before", kSystemError},
+inline constexpr std::array<FaultRow, 18> kStim300Faults{{
+    /// datagrams that began where they should and failed; value: checksum that came and the right one, 32 bits each
+    {"checksum_errors", FaultValue::kBits},
+    /// bytes that belonged to no datagram; value: the byte
+    {"skipped_bytes", FaultValue::kBits},
+    /// datagrams whose counter did not move; value: the unit's counter
+    {"duplicates", FaultValue::kNumber},
+    /// datagrams of a unit that did not tell its setting, or another than expected; value: settings that are not as
+    /// expected; 0: not told, or not understood
+    {"unconfigured", FaultValue::kNumber},
+    /// datagrams of a unit that starts; value: status of gyros and accelerometers, 8 bits each
+    {"starting", FaultValue::kBits},
+    /// datagrams in which the unit reports an error of its sensors, or has no accelerometer; value: status of gyros and
+    /// accelerometers, 8 bits each
+    {"faulty", FaultValue::kBits},
+    /// datagrams with the same numbers again and again; value: the X gyro [counts]
+    {"stuck", FaultValue::kNumber},
+    /// datagrams with an axis beyond its range, or soon after some; value: status of gyros and accelerometers, 8 bits
+    /// each
+    {"overloads", FaultValue::kBits},
+    /// datagrams after a gap from which no sample could be made; value: the unit's counter
+    {"unaligned", FaultValue::kNumber},
+    /// datagrams stamped at or before the last sample; value: by how much [ns]
+    {"out_of_order", FaultValue::kNumber},
+    /// samples made outside operating conditions; value: status of gyros and accelerometers, 8 bits each
+    {"conditions", FaultValue::kBits},
+    /// datagrams that never came, by the unit's counter; value: step of the unit's counter, 2000 a second
+    {"missing", FaultValue::kNumber},
+    /// steps of the unit's counter that are no whole number of datagrams; value: step of the unit's counter, 2000 a
+    /// second
+    {"slips", FaultValue::kNumber},
+    /// the unit was switched on or reset
+    {"restarts"},
+    /// stamps of the host and counter of the unit did not go together
+    {"clock_corrections"},
+    /// samples for which the ring to the tick had no room
+    {"overflows"},
+    /// returns of the serial line after it was gone
+    {"reopened"},
+    /// the serial line is not there, or for another reason than before; value: the system's reason (errno)
+    {"gone", FaultValue::kSystemError},
 }};
 
-inline constexpr std::array<FaultText, 11> kCameraFaults{{
-    {"damaged", "images that the source says are not whole", kSequence},
-    {"malformed",
-     "buffers or messages that are no image as agreed on",
-     {FaultValue::kPair, "width and height [px] that it tells, 32 bits each; 0 and its bytes where it tells none"}},
-    {"wrong_size",
-     "images of another size than the calibration's",
-     {FaultValue::kPair, "width and height [px], 32 bits each"}},
-    {"repeated", "images equal to the one before", kSequence},
-    {"lost", "images that did not come, by sequence or time", kHowMany},
-    {"out_of_order", "images stamped or numbered at or before the one before", kSequence},
-    {"stamps_mended", "stamps by another clock, in the future or too old", kToldAge},
-    {"restarts", "returns after the camera was gone"},
-    {"exposures_refused", "changes of exposure that the camera did not take", kSystemError},
-    {"no_slot", "images for which the store had no room", kSequence},
-    {"gone", "the camera is not there, or for another reason than before", kSystemError},
+inline constexpr std::array<FaultRow, 11> kCameraFaults{{
+    /// images that the source says are not whole; value: sequence of the source
+    {"damaged", FaultValue::kNumber},
+    /// buffers or messages that are no image as agreed on; value: width and height [px] that it tells, 32 bits each; 0
+    /// and its bytes where it tells none
+    {"malformed", FaultValue::kPair},
+    /// images of another size than the calibration's; value: width and height [px], 32 bits each
+    {"wrong_size", FaultValue::kPair},
+    /// images equal to the one before; value: sequence of the source
+    {"repeated", FaultValue::kNumber},
+    /// images that did not come, by sequence or time; value: how many the last time
+    {"lost", FaultValue::kNumber},
+    /// images stamped or numbered at or before the one before; value: sequence of the source
+    {"out_of_order", FaultValue::kNumber},
+    /// stamps by another clock, in the future or too old; value: age that the stamp told [ns]
+    {"stamps_mended", FaultValue::kNumber},
+    /// returns after the camera was gone
+    {"restarts"},
+    /// changes of exposure that the camera did not take; value: the system's reason (errno)
+    {"exposures_refused", FaultValue::kSystemError},
+    /// images for which the store had no room; value: sequence of the source
+    {"no_slot", FaultValue::kNumber},
+    /// the camera is not there, or for another reason than before; value: the system's reason (errno)
+    {"gone", FaultValue::kSystemError},
 }};
 
-inline constexpr std::array<FaultText, 9> kLidarLiteFaults{{
-    {"not_ready", "distances with the top bit set", {FaultValue::kBits, "distance registers"}},
-    {"not_acknowledged", "transfers that failed", kSystemError},
-    {"busy_timeouts", "acquisitions that took too long", {FaultValue::kBits, "status register"}},
-    {"stuck", "runs of distances that were zero or not ready", {FaultValue::kBits, "distance registers"}},
-    {"wrong_model", "another model at the address", {FaultValue::kBits, "identity register"}},
-    {"verify_failures", "presets that did not read back", {FaultValue::kBits, "register that did not read back"}},
-    {"resets", "resets of the device, that at the start included"},
-    {"late", "periods left out because an acquisition took longer than one", kLateness},
-    {"overflows", "ranges for which the ring to the tick had no room"},
+inline constexpr std::array<FaultRow, 9> kLidarLiteFaults{{
+    /// distances with the top bit set; value: distance registers
+    {"not_ready", FaultValue::kBits},
+    /// transfers that failed; value: the system's reason (errno)
+    {"not_acknowledged", FaultValue::kSystemError},
+    /// acquisitions that took too long; value: status register
+    {"busy_timeouts", FaultValue::kBits},
+    /// runs of distances that were zero or not ready; value: distance registers
+    {"stuck", FaultValue::kBits},
+    /// another model at the address; value: identity register
+    {"wrong_model", FaultValue::kBits},
+    /// presets that did not read back; value: register that did not read back
+    {"verify_failures", FaultValue::kBits},
+    /// resets of the device, that at the start included
+    {"resets"},
+    /// periods left out because an acquisition took longer than one; value: by how much [ns]
+    {"late", FaultValue::kNumber},
+    /// ranges for which the ring to the tick had no room
+    {"overflows"},
 }};
 
-inline constexpr std::array<FaultText, 17> kCanRangeFaults{{
-    {"malformed",
-     "frames of another size, ranges that are no positive number",
-     {FaultValue::kBits, "size of the frame [bytes], or the range [m] as a double"}},
-    {"malformed_transfers",
-     "DroneCAN frames that no measurement has",
-     {FaultValue::kBits, "identifier, and its size [bytes] in the lowest 8 bits"}},
-    {"crc_errors",
-     "transfers with a wrong checksum",
-     {FaultValue::kBits, "checksum that came and the right one, 16 bits each"}},
-    {"wrong_toggle", "frames out of turn", kFrameTail},
-    {"orphans", "frames of transfers whose first frame was not seen", kFrameTail},
-    {"abandoned", "transfers begun and never finished", kFrameTail},
-    {"duplicates", "transfers that had been received already", kFrameTail},
-    {"nodes_forgotten", "nodes for which there was no room", {FaultValue::kNumber, "the node"}},
-    {"error_frames",
-     "what the controller reported, changes of its state included",
-     {FaultValue::kBits, "class (linux/can/error.h), and its controller byte in the lowest 8 bits"}},
-    {"bus_offs", "ways off the bus"},
-    {"restarts", "returns to it"},
-    {"lost_frames", "frames that nobody took from the system in time"},
-    {"stamps_mended", "stamps that no frame can have", kToldAge},
-    {"status_not_sent", "statuses of Plumb's own that the bus did not take", kSystemError},
-    {"overflows", "ranges for which the ring to the tick had no room"},
-    {"missing", "transfers of which no sound one came, by their ids", kHowMany},
-    {"gone", "the interface is not there, or for another reason than before", kSystemError},
+inline constexpr std::array<FaultRow, 17> kCanRangeFaults{{
+    /// frames of another size, ranges that are no positive number; value: size of the frame [bytes], or the range [m]
+    /// as a double
+    {"malformed", FaultValue::kBits},
+    /// DroneCAN frames that no measurement has; value: identifier, and its size [bytes] in the lowest 8 bits
+    {"malformed_transfers", FaultValue::kBits},
+    /// transfers with a wrong checksum; value: checksum that came and the right one, 16 bits each
+    {"crc_errors", FaultValue::kBits},
+    /// frames out of turn; value: identifier, and the tail in the lowest 8 bits
+    {"wrong_toggle", FaultValue::kBits},
+    /// frames of transfers whose first frame was not seen; value: identifier, and the tail in the lowest 8 bits
+    {"orphans", FaultValue::kBits},
+    /// transfers begun and never finished; value: identifier, and the tail in the lowest 8 bits
+    {"abandoned", FaultValue::kBits},
+    /// transfers that had been received already; value: identifier, and the tail in the lowest 8 bits
+    {"duplicates", FaultValue::kBits},
+    /// nodes for which there was no room; value: the node
+    {"nodes_forgotten", FaultValue::kNumber},
+    /// what the controller reported, changes of its state included; value: class (linux/can/error.h), and its
+    /// controller byte in the lowest 8 bits
+    {"error_frames", FaultValue::kBits},
+    /// ways off the bus
+    {"bus_offs"},
+    /// returns to it
+    {"restarts"},
+    /// frames that nobody took from the system in time
+    {"lost_frames"},
+    /// stamps that no frame can have; value: age that the stamp told [ns]
+    {"stamps_mended", FaultValue::kNumber},
+    /// statuses of Plumb's own that the bus did not take; value: the system's reason (errno)
+    {"status_not_sent", FaultValue::kSystemError},
+    /// ranges for which the ring to the tick had no room
+    {"overflows"},
+    /// transfers of which no sound one came, by their ids; value: how many the last time
+    {"missing", FaultValue::kNumber},
+    /// the interface is not there, or for another reason than before; value: the system's reason (errno)
+    {"gone", FaultValue::kSystemError},
 }};
 
-inline constexpr std::array<FaultText, 2> kLogFaults{{
-    {"no_room", "records that the queue of their thread had no room for"},
-    {"not_written", "records that the file did not take; the first of them ends it", kSystemError},
+inline constexpr std::array<FaultRow, 2> kLogFaults{{
+    /// records that the queue of their thread had no room for
+    {"no_room"},
+    /// records that the file did not take; the first of them ends it; value: the system's reason (errno)
+    {"not_written", FaultValue::kSystemError},
 }};
 
 /// The counters of each device, by its number.
-inline constexpr std::array<std::span<const FaultText>, kFaultyDeviceNames.size()> kDeviceFaultTables{
+inline constexpr std::array<std::span<const FaultRow>, kFaultyDeviceNames.size()> kDeviceFaultTables{
     kStim300Faults, kCameraFaults, kLidarLiteFaults, kCanRangeFaults, kLogFaults};
 
 /// A counter that rose, and the newest of the values that it stands for.

@@ -39,6 +39,35 @@ def test_what_is_sent_is_of_the_type_of_its_channel() -> None:
     assert [(channel, STRUCTS[name].channel) for channel, name in rows] == [(channel, channel) for channel, _ in rows]
 
 
+@pytest.mark.usefixtures("_built")
+def test_what_counters_count_is_no_text_of_the_flight_program() -> None:
+    program = (document.PROGRAMS / "plumb-fsw").read_bytes()
+    rows = list(document.device_faults())
+    assert len({(device, counter) for device, counter, *_ in rows}) == len(rows) > 0
+    for _, _, name, meaning, value in rows:
+        assert name.strip("`").encode() in program
+        assert [text for text in (meaning, value) if len(text) > 20 and text.encode() in program] == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("    /// transfers that failed; value: the system's reason (errno)\n", "", "kLidarLiteFaults: not_acknowledged: "),
+        ("    kStim300Faults, kCameraFaults,", "    kStim300Faults,", "a table of counters for each"),
+    ],
+)
+def test_a_counter_without_a_text_is_named(
+    old: str, new: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = document.FAULTS.read_text()
+    assert old in text
+    file = tmp_path / "faults.h"
+    file.write_text(text.replace(old, new))
+    monkeypatch.setattr(document, "FAULTS", file)
+    with pytest.raises(InputError, match=message):
+        list(document.device_faults())
+
+
 @pytest.mark.parametrize("name", sorted(STRUCTS))
 def test_sizes_are_those_of_the_encoder(name: str) -> None:
     size = lcm_types.size_of(STRUCTS[name], STRUCTS)

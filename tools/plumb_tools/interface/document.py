@@ -16,6 +16,7 @@ from plumb_tools.trajectory import InputError, read_text
 ROOT = Path(__file__).resolve().parents[3]
 DOCUMENT = ROOT / "docs/interface.md"
 EVENTS = ROOT / "fsw/events/event.h"
+FAULTS = ROOT / "fsw/events/device_faults.h"
 PROGRAMS = ROOT / "build/flight/bin"
 
 _HEAD = """\
@@ -39,6 +40,9 @@ value out of range is refused. Unit 1 is a plain number; *whole*: a fraction is 
 [set in flight](executive.md#parameters-in-flight), by its number and the table's CRC, `0x{crc:08x}`.
 """
 
+#: A table of counters, and its rows: the comment above, which is the text, and the name.
+_COUNTERS = re.compile(r"std::array<FaultRow, \d+> (k\w+)\{\{\n(.*?)\n\}\};", re.DOTALL)
+_COUNTER = re.compile(r'((?:^ +///.*\n)*)^ +\{"(\w+)"', re.MULTILINE)
 _ENUMERATOR = re.compile(r"k(\w+)(?: = (\d+))?,\s*(?:///<\s*(.*))?")
 
 
@@ -102,13 +106,33 @@ def _enumerators(text: str, name: str) -> list[tuple[int, str, str]]:
     return found
 
 
+def device_faults() -> Iterator[tuple[str, int, str, str, str]]:
+    """Device, number, name, what it counts and what its value is, of each counter."""
+    text = read_text(FAULTS)
+    names = re.search(r"kFaultyDeviceNames\{(.*?)\};", text, re.DOTALL)
+    tables = re.search(r"kDeviceFaultTables\{(.*?)\};", text, re.DOTALL)
+    devices = re.findall(r'"(.*?)"', names[1]) if names else []
+    order = re.findall(r"k\w+", tables[1]) if tables else []
+    rows = dict(_COUNTERS.findall(text))
+    if not rows or set(order) != rows.keys() or len(order) != len(devices):
+        raise InputError(f"{FAULTS}: expected the names of the devices and a table of counters for each")
+    for number, (device, table) in enumerate(zip(devices, order, strict=True)):
+        for counter, (comment, name) in enumerate(_COUNTER.findall(rows[table])):
+            words = " ".join(comment.replace("///", "").split())
+            if not words:
+                raise InputError(f"{FAULTS}: {table}: {name}: expected a comment above it that says what it counts")
+            meaning, _, value = words.partition("; value: ")
+            yield f"{number} {device}", counter, f"`{name}`", meaning, value
+
+
 def _events() -> Iterator[str]:
     text = read_text(EVENTS)
     yield "## Events\n\nOn channel `EVENTS`; [executive](executive.md#schedule) says when they are kept back.\n"
     rows = ((number, f"`{name}`", arguments) for number, name, arguments in _enumerators(text, "EventId"))
     yield _table(("id", "event", "arguments, in their order"), rows)
     yield _table(("severity", "", "what"), _enumerators(text, "EventSeverity"))
-    yield "Devices and counters of `DeviceFault`, and what their last value is:\n\n" + _output_of("plumb-fsw", "--faults")
+    yield "Devices and counters of `DeviceFault`, and what their last value is:\n"
+    yield _table(("device", "counter", "name", "what it counts", "value"), device_faults())
 
 
 def _output_of(program: str, *words: str) -> str:

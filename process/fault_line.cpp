@@ -1,4 +1,4 @@
-#include "process/fault_page.h"
+#include "process/fault_line.h"
 
 #include <cinttypes>
 #include <cstdio>
@@ -27,28 +27,15 @@ std::string told(FaultValue kind, std::int64_t value) {
 
 }  // namespace
 
-std::string fault_page() {
-  std::string page = "| device | counter | name | what it counts | value |\n|---|---|---|---|---|\n";
-  for (std::size_t device = 0; device < kDeviceFaultTables.size(); ++device) {
-    for (std::size_t i = 0; i < kDeviceFaultTables[device].size(); ++i) {
-      const FaultText& text = kDeviceFaultTables[device][i];
-      page += "| " + std::to_string(device) + " " + std::string(kFaultyDeviceNames[device]) + " | " +
-              std::to_string(i) + " | `" + std::string(text.name) + "` | " + std::string(text.meaning) + " | " +
-              std::string(text.value.meaning) + " |\n";
-    }
-  }
-  return page;
-}
-
 std::string fault_line(FaultyDevice device, std::span<const FaultCounter> counts) {
   const auto number = static_cast<std::size_t>(device);
-  const std::span<const FaultText> texts = kDeviceFaultTables[number];
-  PLUMB_ASSERT(texts.size() == counts.size());
+  const std::span<const FaultRow> rows = kDeviceFaultTables[number];
+  PLUMB_ASSERT(rows.size() == counts.size());
   std::string line;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
     if (counts[i].count == 0) continue;
-    line += (line.empty() ? "" : ", ") + std::string(texts[i].name) + " " + std::to_string(counts[i].count) +
-            told(texts[i].value.kind, counts[i].value);
+    line += (line.empty() ? "" : ", ") + std::string(rows[i].name) + " " + std::to_string(counts[i].count) +
+            told(rows[i].value, counts[i].value);
   }
   return "faults of the " + std::string(kFaultyDeviceNames[number]) + ": " + (line.empty() ? "none" : line);
 }
