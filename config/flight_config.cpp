@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -118,12 +119,16 @@ class Reader {
     return YamlFile(path, &faults_);
   }
 
-  void refuse_beside_kalibr(const YamlFile& yaml, std::initializer_list<const char*> keys) {
+  void refuse_keys(const YamlFile& yaml, std::initializer_list<const char*> keys, const char* why) {
     for (const char* key : keys) {
       steps_([&] {
-        if (yaml.has(key)) yaml.fail(key, "stands beside kalibr, whose file has it; expected one of the two");
+        if (yaml.has(key)) yaml.fail(key, why);
       });
     }
+  }
+
+  void refuse_beside_kalibr(const YamlFile& yaml, std::initializer_list<const char*> keys) {
+    refuse_keys(yaml, keys, "stands beside kalibr, whose file has it; expected one of the two");
   }
 
   /// Null: a section that cannot be read, which is a fault already.
@@ -181,33 +186,68 @@ class Reader {
         if (range.lidar_lite.period < lidar_lite::kMinPeriod) yaml.fail("period_ms", "expected at least 10 ms");
       });
     } else if (range.kind == RangeDevice::kCan) {
-      steps_([&] {
-        const std::string protocol = yaml.text_or("protocol", "dronecan");
-        if (protocol == "dronecan") range.can.protocol = can_range::Protocol::kDronecan;
-        else if (protocol == "benewake") range.can.protocol = can_range::Protocol::kBenewake;
-        else yaml.fail("protocol", "expected dronecan or benewake");
-      });
-      steps_([&] { range.can.bus_bit_s = whole(yaml, "bus_bit_s", range.can.bus_bit_s, 10'000, 1'000'000); });
-      steps_([&] { range.can.node_id = whole(yaml, "node_id", range.can.node_id, can_range::kAny, 127); });
-      steps_([&] { range.can.sensor_id = whole(yaml, "sensor_id", range.can.sensor_id, can_range::kAny, 255); });
-      steps_([&] { range.can.latency = milliseconds(yaml, "latency_ms", 0.0); });
-      steps_([&] {
-        if (range.can.node_id == 0) yaml.fail("node_id", "expected 1 to 127, or -1 for any");
-      });
-      steps_([&] { read_own_node(yaml); });
+      read_can_range(yaml);
     }
     read_range_finder(yaml, setup_.calibration, setup_.parameters, steps_);
   }
 
-  void read_own_node(const YamlFile& yaml) {
-    RangeSetup& range = setup_.range;
-    const bool dronecan = range.can.protocol == can_range::Protocol::kDronecan;
-    if (!dronecan && yaml.has("own_node_id")) {
-      yaml.fail("own_node_id", "stands beside protocol: benewake, whose bus has no nodes; expected dronecan");
+  void read_can_range(const YamlFile& yaml) {
+    can_range::Options& can = setup_.range.can;
+    std::optional<can_range::Protocol> protocol;
+    steps_([&] {
+      const std::string word = yaml.text_or("protocol", "dronecan");
+      if (word == "dronecan") protocol = can_range::Protocol::kDronecan;
+      else if (word == "benewake") protocol = can_range::Protocol::kBenewake;
+      else yaml.fail("protocol", "expected dronecan or benewake");
+    });
+    can.protocol = protocol.value_or(can.protocol);
+    steps_([&] { can.bus_bit_s = whole(yaml, "bus_bit_s", can.bus_bit_s, 10'000, 1'000'000); });
+    steps_([&] { can.latency = milliseconds(yaml, "latency_ms", 0.0); });
+    // Beside a protocol that is not known, the keys of either may be right.
+    if (protocol == can_range::Protocol::kBenewake) {
+      refuse_keys(yaml, {"node_id", "sensor_id", "own_node_id"},
+                  "stands beside protocol: benewake; expected only beside protocol: dronecan");
+    } else {
+      read_dronecan(yaml);
     }
-    const int id = whole(yaml, "own_node_id", range.node_status.node_id, 1, can_range::kMaxNodeId);
-    if (id == range.can.node_id) yaml.fail("own_node_id", "expected another than the sensor's node_id");
-    range.node_status.node_id = static_cast<std::uint8_t>(id);
+    if (protocol == can_range::Protocol::kDronecan) {
+      refuse_keys(yaml, {"can_id", "far_cm", "min_strength"},
+                  "stands beside protocol: dronecan; expected only beside protocol: benewake");
+    } else {
+      read_benewake(yaml);
+    }
+  }
+
+  void read_dronecan(const YamlFile& yaml) {
+    RangeSetup& range = setup_.range;
+    steps_([&] { range.can.node_id = whole(yaml, "node_id", range.can.node_id, can_range::kAny, 127); });
+    steps_([&] { range.can.sensor_id = whole(yaml, "sensor_id", range.can.sensor_id, can_range::kAny, 255); });
+    steps_([&] {
+      if (range.can.node_id == 0) yaml.fail("node_id", "expected 1 to 127, or -1 for any");
+    });
+    steps_([&] {
+      const int id = whole(yaml, "own_node_id", range.node_status.node_id, 1, can_range::kMaxNodeId);
+      if (id == range.can.node_id) yaml.fail("own_node_id", "expected another than the sensor's node_id");
+      range.node_status.node_id = static_cast<std::uint8_t>(id);
+    });
+  }
+
+  void read_benewake(const YamlFile& yaml) {
+    can_range::Options& can = setup_.range.can;
+    constexpr int kMaxWord = std::numeric_limits<std::uint16_t>::max();
+    constexpr int kMinFar_cm = 2;  // from 1 on no distance would be a return
+    steps_([&] {
+      can.benewake_id = static_cast<std::uint32_t>(
+          whole(yaml, "can_id", static_cast<int>(can.benewake_id), 0, static_cast<int>(kCanStandardIdMask)));
+    });
+    steps_([&] {
+      can.benewake_far_cm =
+          static_cast<std::uint16_t>(whole(yaml, "far_cm", can.benewake_far_cm, kMinFar_cm, kMaxWord));
+    });
+    steps_([&] {
+      can.benewake_min_strength =
+          static_cast<std::uint16_t>(whole(yaml, "min_strength", can.benewake_min_strength, 0, kMaxWord));
+    });
   }
 
   void read_threads(const YamlFile& yaml) {
