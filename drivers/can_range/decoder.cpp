@@ -61,6 +61,10 @@ Result<Reading> Decoder::decode_dronecan(const ReceivedCanFrame& received) {
   }
   Reading reading{.sample = {}, .node_id = measured->node_id, .sensor_id = message.sensor_id};
   reading.sample.t = measured_at(measured->t_first_frame, kExtendedFrameBits + 8 * static_cast<int>(kCanMaxDataBytes));
+  if (message.reading_type < ReadingType::kValid || message.reading_type > ReadingType::kTooFar) {
+    counters_.malformed.add(kMalformedReadingType + static_cast<std::int64_t>(message.reading_type));
+    return Status::kRejected;
+  }
   if (message.reading_type == ReadingType::kValid) {
     if (!std::isfinite(message.range_m) || message.range_m <= 0.0) {
       counters_.malformed.add(std::bit_cast<std::int64_t>(message.range_m));

@@ -15,6 +15,8 @@ namespace plumb::can_range {
 enum class Protocol : std::uint8_t { kDronecan = 0, kBenewake };
 
 inline constexpr int kAny = -1;
+/// Tells a type in Counters::malformed from the size of a frame, and from the bits of a range of zero.
+inline constexpr std::int64_t kMalformedReadingType = 256;
 
 struct Options {
   Protocol protocol = Protocol::kDronecan;
@@ -31,7 +33,8 @@ struct Counters {
   std::uint32_t ranges = 0;
   std::uint32_t no_returns = 0;  ///< too close and too far included
   std::uint32_t weak = 0;
-  /// Native frames of another size, which is the value; ranges that are no positive number, whose value is their bits.
+  /// Native frames of another size, which is the value; ranges that are no positive number, whose value is their bits;
+  /// DroneCAN readings of an undefined or unassigned type, whose value is kMalformedReadingType and the type.
   FaultCounter malformed;
   std::uint32_t other_sensors = 0;  ///< sound messages of sensors not listened to
 };

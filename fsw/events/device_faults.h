@@ -126,8 +126,8 @@ inline constexpr std::array<FaultRow, 9> kLidarLiteFaults{{
 }};
 
 inline constexpr std::array<FaultRow, 17> kCanRangeFaults{{
-    /// frames of another size, ranges that are no positive number; value: size of the frame [bytes], or the range [m]
-    /// as a double
+    /// frames of another size, ranges that are no positive number, readings of no known type; value: size of the frame
+    /// [bytes], or the range [m] as a double, or 256 and the type
     {"malformed", FaultValue::kBits},
     /// DroneCAN frames that no measurement has; value: identifier, and its size [bytes] in the lowest 8 bits
     {"malformed_transfers", FaultValue::kBits},

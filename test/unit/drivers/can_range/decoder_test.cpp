@@ -78,6 +78,25 @@ TEST(CanRangeDecoder, ARangeThatIsNoPositiveNumberIsMalformed) {
   EXPECT_EQ(decoder.counters().ranges, 0U);
 }
 
+// Only these say whether there was a return: 1 valid, 2 too close, 3 too far.
+TEST(CanRangeDecoder, AReadingOfNoKnownTypeIsMalformed) {
+  Decoder decoder({});
+  std::uint64_t malformed = 0;
+  for (unsigned type = 0; type < 8; ++type) {
+    const bool known = type >= 1 && type <= 3;
+    const auto readings =
+        feed(decoder, at(Time::from_ns(type * 40'000'000L), test::measurement_frames({}, 2.0, type, type)));
+    EXPECT_EQ(readings.size(), known ? 1U : 0U) << type;
+    if (!known) ++malformed;
+    EXPECT_EQ(decoder.counters().malformed, malformed) << type;
+    if (!known) {
+      EXPECT_EQ(decoder.counters().malformed.value, 256 + type);
+    }
+  }
+  EXPECT_EQ(decoder.counters().ranges, 1U);
+  EXPECT_EQ(decoder.counters().no_returns, 2U);
+}
+
 TEST(CanRangeDecoder, NativeFramesOfTheReference) {
   Decoder decoder({.protocol = Protocol::kBenewake});
   const Time t = Time::from_ns(10'000'000);
