@@ -19,8 +19,8 @@ class Command {
   virtual const char* description() const = 0;
   /// Declares its options, which run() finds parsed.
   virtual void declare(CLI::App& app) = 0;
-  /// Measurements to standard output as CSV, then one line of counts to standard error. False: there was no
-  /// measurement, as the line before the counts says. Throws InputError for what else is wrong with the input.
+  /// Measurements to standard output as CSV, then one line of counts to standard error. False: no measurement was
+  /// printed, and the line before the counts says why. Throws InputError for input in which nothing can be counted.
   virtual bool run() = 0;
 
  protected:

@@ -45,7 +45,7 @@ struct Overview {
   std::optional<Settings> told;        ///< by the last configuration datagram
   std::string serial_number;           ///< empty: not told
   std::optional<Layout> first;         ///< of the normal datagrams
-  std::map<int, std::uint64_t> steps;  ///< of the counter, where it moved, and how often
+  std::map<int, std::uint64_t> steps;  ///< of the counter, and how often
   std::uint64_t normal = 0;
   std::uint64_t starting = 0;
   FramerCounters line;
@@ -62,6 +62,7 @@ class Stim300Command final : public Command {
   template <typename Sink>
   FramerCounters for_each_frame(Sink sink) const;
   Overview look_through() const;
+  int rate_hz(const Overview& overview) const;
   Settings settle(const Overview& overview) const;
   void print_row(const Datagram& datagram, const Layout& columns, std::int64_t ticks, const Settings& settings) const;
 
@@ -123,7 +124,7 @@ Overview Stim300Command::look_through() const {
     ++overview.normal;
     if (((*datagram)[ClusterId::kGyro].status & kStatusStarting) != 0) ++overview.starting;
     if (!overview.first) overview.first = datagram->layout;
-    if (last && datagram->counter != *last) ++overview.steps[static_cast<std::uint8_t>(datagram->counter - *last)];
+    if (last) ++overview.steps[static_cast<std::uint8_t>(datagram->counter - *last)];
     last = datagram->counter;
   });
   return overview;
@@ -131,19 +132,30 @@ Overview Stim300Command::look_through() const {
 
 // Of most steps of the counter; 0: it made none.
 int usual_rate_hz(const Overview& overview) {
-  const auto most = std::max_element(overview.steps.begin(), overview.steps.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == overview.steps.end() ? 0 : std::max(kInternalRate_hz / most->first, 1);
+  int usual = 0;
+  std::uint64_t most = 0;
+  for (const auto& [step, times] : overview.steps) {
+    if (step == 0 || times <= most) continue;
+    usual = step;
+    most = times;
+  }
+  return usual == 0 ? 0 : std::max(kInternalRate_hz / usual, 1);
+}
+
+// As told, as given, or else as the counter says; 0: it does not.
+int Stim300Command::rate_hz(const Overview& overview) const {
+  if (overview.told && overview.told->rate_hz != 0) return overview.told->rate_hz;
+  return rate_hz_.value_or(usual_rate_hz(overview));
 }
 
 // What the capture tells wins; an option that says otherwise is a mistake of one of the two.
 Settings Stim300Command::settle(const Overview& overview) const {
-  Settings settings = overview.told.value_or(Settings{.rate_hz = 0, .accel_range_g = 0});
+  Settings settings = overview.told.value_or(
+      Settings{.rate_hz = 0, .gyro_unit = Unit::kInstant, .accel_unit = Unit::kInstant, .accel_range_g = 0});
+  std::string missing;
+  const auto miss = [&](const char* option) { missing += (missing.empty() ? "" : ", ") + std::string(option); };
   const auto choose = [&](const char* option, auto& told, bool is_told, const auto& given) {
-    if (!is_told && !given) {
-      throw InputError(file_ + ": the capture does not tell how the unit is set up; give " + option +
-                       ", or capture from power-on");
-    }
+    if (!is_told && !given) miss(option);
     if (is_told && given && *given != told) {
       throw InputError(file_ + ": " + option + " is not what the unit told of itself");
     }
@@ -158,11 +170,12 @@ Settings Stim300Command::settle(const Overview& overview) const {
   if (rate_hz_ && settings.rate_hz != 0 && *rate_hz_ != settings.rate_hz) {
     throw InputError(file_ + ": --rate is not what the unit told of itself");
   }
-  if (settings.rate_hz == 0) settings.rate_hz = rate_hz_.value_or(usual_rate_hz(overview));
+  settings.rate_hz = rate_hz(overview);
   const bool increments = settings.gyro_unit == Unit::kIncrement || settings.accel_unit == Unit::kIncrement;
-  if (settings.rate_hz == 0 && increments) {
-    throw InputError(file_ +
-                     ": a single measurement does not tell the rate, which increments are divided by; give --rate");
+  if (settings.rate_hz == 0 && increments) miss("--rate (a single measurement does not tell what to divide by)");
+  if (!missing.empty()) {
+    throw InputError(file_ + ": the capture does not tell how the unit is set up; give " + missing +
+                     ", or capture from power-on");
   }
   return settings;
 }
@@ -202,7 +215,18 @@ void Stim300Command::print_row(const Datagram& datagram, const Layout& columns, 
   std::printf("\n");
 }
 
-void print_counts(const Overview& overview, const std::string& rate, std::uint64_t gaps, std::uint64_t missing) {
+void print_counts(const Overview& overview, int rate_hz) {
+  std::string rate;
+  if (overview.normal > 0) {
+    rate = rate_hz == 0 ? " at a rate that is not known" : " at " + std::to_string(rate_hz) + " Hz";
+  }
+  const int usual = rate_hz == 0 ? 1 : std::max(kInternalRate_hz / rate_hz, 1);
+  std::uint64_t gaps = 0;
+  std::uint64_t missing = 0;
+  for (const auto& [step, times] : overview.steps) {
+    if (step != usual) gaps += times;
+    if (step > usual) missing += times * static_cast<std::uint64_t>(step / usual - 1);
+  }
   std::fflush(stdout);  // the counts come last
   std::fprintf(stderr,
                "plumb-decode: %" PRIu64 " measurements%s (%" PRIu64 " starting), %" PRIu64 " other datagrams, %" PRIu64
@@ -216,34 +240,31 @@ bool Stim300Command::run() {
   const Overview overview = look_through();
   if (overview.normal == 0) {
     tell_of_none(file_, "was the line captured at the speed that the unit is set to?");
-    print_counts(overview, "", 0, 0);
+    print_counts(overview, 0);
     return false;
   }
-  const Settings settings = settle(overview);
-  const int step = settings.rate_hz == 0 ? 1 : std::max(kInternalRate_hz / settings.rate_hz, 1);
+  Settings settings;
+  try {
+    settings = settle(overview);
+  } catch (const InputError& error) {  // that the unit talks is worth telling all the same
+    std::fprintf(stderr, "plumb-decode: %s\n", error.what());
+    print_counts(overview, rate_hz(overview));
+    return false;
+  }
   print_header(*overview.first);
   std::int64_t ticks = 0;
-  std::uint64_t gaps = 0;
-  std::uint64_t missing = 0;
   std::optional<std::uint8_t> last;
   for_each_frame([&](std::span<const std::uint8_t> bytes) {
     const Result<Datagram> datagram = stim300::decode(bytes);
     if (!datagram) return;
-    if (last) {
-      const int elapsed = static_cast<std::uint8_t>(datagram->counter - *last);
-      ticks += elapsed;
-      if (elapsed != step) ++gaps;
-      if (elapsed > step) missing += static_cast<std::uint64_t>(elapsed / step - 1);
-    }
+    if (last) ticks += static_cast<std::uint8_t>(datagram->counter - *last);
     last = datagram->counter;
     print_row(*datagram, *overview.first, ticks, settings);
   });
   if (!overview.serial_number.empty()) {
     std::fprintf(stderr, "plumb-decode: serial number %s\n", overview.serial_number.c_str());
   }
-  const std::string rate =
-      settings.rate_hz == 0 ? " at a rate that is not known" : " at " + std::to_string(settings.rate_hz) + " Hz";
-  print_counts(overview, rate, gaps, missing);
+  print_counts(overview, settings.rate_hz);
   return true;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,33 @@ TEST_F(DecodeStim300, DecodesTheCaptureOfARealUnit) {
   EXPECT_EQ(result.error,
             "plumb-decode: 8392 measurements at 2000 Hz (562 starting), 0 other datagrams, 0 checksum errors, 28 bytes "
             "skipped, 0 gaps (0 datagrams missing)\n");
+}
+
+// That the unit talks is seen without an option, and what is missing is asked for once.
+TEST_F(DecodeStim300, CountsWhatItCannotScaleAndAsksForAllThatIsMissing) {
+  Stim300Content content;
+  std::vector<emulator::Bytes> parts;
+  for (const std::uint8_t counter : std::array<std::uint8_t, 4>{8, 16, 40, 48}) {
+    content.counter = counter;
+    parts.push_back(emulator::encode_normal({}, content));
+  }
+  const std::string capture = file(joined(parts));
+  const std::string counts =
+      "\nplumb-decode: 4 measurements at 250 Hz (0 starting), 0 other datagrams, 0 checksum errors, 0 bytes skipped, "
+      "1 gaps (2 datagrams missing)\n";
+  const auto asked_for = [&](const std::string& given, const std::string& asked) {
+    const Decoded result = decode("stim300 " + capture + given);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.header, "");
+    EXPECT_EQ(result.error, "plumb-decode: " + capture + ": the capture does not tell how the unit is set up; give " +
+                                asked + ", or capture from power-on" + counts);
+  };
+  asked_for("", "--gyro-unit, --accel-unit, --accel-range");
+  asked_for(" --accel-unit increment", "--gyro-unit, --accel-range");
+  asked_for(" --accel-range 10 --gyro-unit rate", "--accel-unit");
+  const Decoded all = decode("stim300 " + capture + " --accel-range 10 --gyro-unit rate --accel-unit increment");
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_EQ("\n" + all.error, counts);
 }
 
 TEST_F(DecodeStim300, SaysWhatIsWrong) {
