@@ -89,7 +89,7 @@ std::optional<I2cTransfer> I2cTrace::take(const std::string& line) {
   bool names_an_event = false;
   const std::optional<Event> event = parse(line, names_an_event);
   if (!event) {
-    if (names_an_event) ++counters_.malformed_lines;
+    ++(names_an_event ? counters_.malformed_lines : counters_.other_lines);
     return std::nullopt;
   }
   if (event->kind == Event::Kind::kResult) return finish(*event);

@@ -23,6 +23,7 @@ struct I2cTraceCounters {
   std::uint64_t transfers = 0;        ///< with the device
   std::uint64_t others = 0;           ///< transfers with other devices, or of several messages
   std::uint64_t malformed_lines = 0;  ///< that name an event and cannot be read
+  std::uint64_t other_lines = 0;      ///< that name none, comments of the trace included
 };
 
 class I2cTrace {

@@ -80,10 +80,10 @@ bool LidarLiteCommand::run() {
   std::fprintf(stderr,
                "plumb-decode: %" PRIu64 " ranges, %" PRIu64 " without return, %" PRIu64 " weak, %" PRIu64
                " not ready, %" PRIu32 " never read; %" PRIu64 " transfers, %" PRIu64 " not acknowledged, %" PRIu64
-               " other transfers, %" PRIu64 " lines that could not be read\n",
+               " other transfers, %" PRIu64 " lines that could not be read, %" PRIu64 " other lines\n",
                measured[Verdict::kRange], measured[Verdict::kNoReturn], measured[Verdict::kWeak],
                measured[Verdict::kNoReading], capture.unread(), counters.transfers, refused, counters.others,
-               counters.malformed_lines);
+               counters.malformed_lines, counters.other_lines);
   return has_measured;
 }
 
