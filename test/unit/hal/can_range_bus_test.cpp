@@ -10,6 +10,7 @@
 #include "drivers/can_range/receiver.h"
 #include "hal/linux/can_socket.h"
 #include "hal/linux/monotonic_clock.h"
+#include "test/emulators/can_range/can_range_encoder.h"
 #include "test/emulators/can_range/can_range_on_bus.h"
 #include "test/unit/hal/kernel_part.h"
 
@@ -58,6 +59,27 @@ TEST(KernelCanRange, HearsAndIsHeardByThePublicPackage) {
   EXPECT_EQ(receiver.decoder().transfer_counters().transfers, readings.size());
   EXPECT_EQ(receiver.decoder().transfer_counters().crc_errors, 0U);
   EXPECT_NE(heard.find("status 11 1 2"), std::string::npos) << "health warning, mode maintenance: " << heard;
+}
+
+TEST(KernelCanRange, TellsTwoBenewakesOnOneBusApart) {
+  PLUMB_NEEDS_KERNEL("SocketCAN (modules can-raw and vcan)");
+  std::string error;
+  const auto sensors = LinuxCanSocket::open("vcan0", error);
+  const auto can = LinuxCanSocket::open("vcan0", error);
+  ASSERT_TRUE(sensors && can) << error;
+  Receiver receiver(*can, {.protocol = Protocol::kBenewake, .benewake_id = 0x123});
+  ASSERT_EQ(receiver.start(), Status::kOk);
+  for (const unsigned distance_cm : {1000U, 1100U, 1200U}) {
+    for (const std::uint32_t id : {0x003U, 0x123U, 0x124U}) {
+      CanFrame frame = test::benewake_frame(distance_cm + id, 500);
+      frame.id = id;
+      ASSERT_EQ(sensors->send(frame), Status::kOk);
+    }
+    const Result<Reading> reading = receiver.poll(Duration::from_ms(1000));
+    ASSERT_TRUE(reading) << distance_cm;
+    EXPECT_DOUBLE_EQ(reading->sample.range_m, (distance_cm + 0x123) * 0.01);
+    EXPECT_FALSE(can->receive(Duration())) << "the filter keeps the others away";
+  }
 }
 
 // The controller takes itself from the bus and is restarted, by what the kernel tells of both. Nobody is heard
