@@ -278,9 +278,9 @@ void read_range_finder(const YamlFile& yaml, Calibration& calibration, Parameter
 void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& steps) {
   Parameters changed = parameters;  // all or nothing
   read_node(yaml, yaml.root(), "", changed, steps);
-  steps([&] {
-    if (const char* conflict = conflict_in(changed)) throw InputError(yaml.name() + ": " + conflict);
-  });
+  for (const char* conflict : conflicts_in(changed)) {
+    steps([&] { throw InputError(yaml.name() + ": " + conflict); });
+  }
   parameters = changed;
 }
 

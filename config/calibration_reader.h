@@ -38,6 +38,10 @@ void read_kalibr_imu(const YamlFile& file, Parameters& parameters, const Steps& 
 /// Beam into the calibration, noise and largest range into the parameters.
 void read_range_finder(const YamlFile& range, Calibration& calibration, Parameters& parameters,
                        const Steps& steps = kUntilFirstFault);
+/// Said of parameters of the tracker that fit each other and not the image.
+inline constexpr const char* kTrackerNeedsRoom =
+    "tracker.border leaves too little of the image; expected a pixel for each of tracker.tile_columns and "
+    "tracker.tile_rows inside it, and tracker.window on both sides";
 /// Parameter names and values, nested or with dots. All or nothing.
 void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& steps = kUntilFirstFault);
 

@@ -285,12 +285,13 @@ class Reader {
         fail_resolution("expected at most " + std::to_string(FlightConfig::kMaxImageWidth) + " x " +
                         std::to_string(FlightConfig::kMaxImageHeight));
       }
-      if (!has_parameters) return;
-      if (!ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
-        throw InputError(file_.name() + ": the tracker.* parameters do not fit each other or the resolution");
-      }
-      if (const char* conflict = conflict_in(setup_.parameters)) throw InputError(file_.name() + ": " + conflict);
     });
+    if (!has_parameters) return;
+    const auto conflicts = conflicts_in(setup_.parameters);
+    for (const char* conflict : conflicts) faults_.push_back(file_.name() + ": " + conflict);
+    if (conflicts.empty() && !ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
+      faults_.push_back(file_.name() + ": " + kTrackerNeedsRoom);
+    }
   }
 
   const YamlFile& file_;
@@ -326,8 +327,10 @@ FlightSetup read_flight_config(const std::string& name, const std::string& text,
 }
 
 FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<std::string>& faults) {
-  std::ifstream stream(file);
-  if (!stream || !std::filesystem::is_regular_file(file)) {
+  const bool is_file = std::filesystem::is_regular_file(file);  // to open a pipe would wait for who writes
+  std::ifstream stream;
+  if (is_file) stream.open(file);
+  if (!stream.is_open()) {
     faults.push_back(file.string() + ": cannot be read; expected a YAML file");
     return {};
   }

@@ -45,7 +45,15 @@ YamlFile::YamlFile(std::filesystem::path file, std::vector<std::string>* faults)
 }
 
 YamlFile::YamlFile(const std::string& name, const std::string& text, std::vector<std::string>* faults) : file_(name) {
-  load([&text] { return YAML::Load(text); }, faults);
+  load(
+      [&text] {
+        const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+        if (documents.size() > 1) {
+          throw YAML::Exception(documents[1].Mark(), "expected one document, found " + std::to_string(documents.size()));
+        }
+        return documents.empty() ? YAML::Node() : documents[0];
+      },
+      faults);
 }
 
 void YamlFile::load(const std::function<YAML::Node()>& read, std::vector<std::string>* faults) {
@@ -94,6 +102,10 @@ YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& p
   }
   YAML::Node plain(YAML::NodeType::Map);
   for (auto& [key, value] : entries) {
+    // A key without a value is as none, which who wrote it may not have meant.
+    if (value.IsNull() && faults != nullptr) {
+      tell(faults, line_of(key) + ": key '" + prefix + key.Scalar() + "': expected a value, or no such key; found nothing");
+    }
     if (value.IsMap()) {
       const YAML::Node inner = with_plain_keys(value, prefix + key.Scalar() + ".", depth + 1, faults);
       changed = changed || !inner.is(value);

@@ -34,7 +34,7 @@ CommandVerdict judge_set(const Command& command, Parameters& staged) {
   if (!ParamTable<Parameters>::accepts(row, value)) return CommandVerdict::kOutOfRange;
   const double before = row.get(staged);
   row.set(staged, value);
-  if (conflict_in(staged) == nullptr) return CommandVerdict::kAccepted;
+  if (conflicts_in(staged).empty()) return CommandVerdict::kAccepted;
   row.set(staged, before);
   return CommandVerdict::kConflict;
 }

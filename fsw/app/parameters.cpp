@@ -264,23 +264,29 @@ std::uint32_t parameter_table_crc() {
   return kCrc;
 }
 
-const char* conflict_in(const Parameters& parameters) {
+FixedVector<const char*, kMaxConflicts> conflicts_in(const Parameters& parameters) {
   const auto& [imu, vision, range, direction, start, calibration] = parameters.estimator;
-  if (range.min_range_m >= range.max_range_m) return "range.min_range must be below range.max_range";
-  if (vision.min_depth_m >= vision.max_depth_m) return "vision.min_depth must be below vision.max_depth";
-  if (vision.pixel_noise_min_px > vision.pixel_noise_max_px) {
-    return "vision.pixel_noise_min must not be above vision.pixel_noise_max";
-  }
-  if (start.motion_window_s > start.motion_window_max_s) {
-    return "start.motion_window must not be above start.motion_window_max";
-  }
-  if (parameters.tracker.fast_threshold_min > parameters.tracker.fast_threshold_max) {
-    return "tracker.fast_threshold_min must not be above tracker.fast_threshold_max";
-  }
-  if (range.enabled && range.facet && parameters.modes.range_timeout_s <= range.facet_after_s) {
-    return "modes.range_timeout must be above range.facet_after: ranges are spared so long on purpose";
-  }
-  return nullptr;
+  const TrackerOptions& tracker = parameters.tracker;
+  FixedVector<const char*, kMaxConflicts> conflicts;
+  const auto expect = [&conflicts](bool holds, const char* sentence) {
+    if (!holds) (void)conflicts.push_back(sentence);
+  };
+  expect(range.min_range_m < range.max_range_m, "range.min_range must be below range.max_range");
+  expect(vision.min_depth_m < vision.max_depth_m, "vision.min_depth must be below vision.max_depth");
+  expect(vision.pixel_noise_min_px <= vision.pixel_noise_max_px,
+         "vision.pixel_noise_min must not be above vision.pixel_noise_max");
+  expect(start.motion_window_s <= start.motion_window_max_s,
+         "start.motion_window must not be above start.motion_window_max");
+  expect(tracker.window_px % 2 == 1, "tracker.window must be odd");
+  expect(tracker.tile_columns * tracker.tile_rows <= static_cast<std::int32_t>(kMaxTiles),
+         "tracker.tile_columns times tracker.tile_rows must be at most 64");
+  static_assert(kMaxTiles == 64, "the sentence above says so");
+  expect(tracker.backward_levels <= tracker.levels, "tracker.backward_levels must not be above tracker.levels");
+  expect(tracker.fast_threshold_min <= tracker.fast_threshold_max,
+         "tracker.fast_threshold_min must not be above tracker.fast_threshold_max");
+  expect(!range.enabled || !range.facet || parameters.modes.range_timeout_s > range.facet_after_s,
+         "modes.range_timeout must be above range.facet_after: ranges are spared so long on purpose");
+  return conflicts;
 }
 
 ParamsRecord params_record(const Parameters& parameters, std::string_view configuration) {

@@ -2,6 +2,7 @@
 // Every run-time option of the flight software in one struct, and the table that names them. A new option is a member
 // in its own options header and one row in parameters.cpp.
 
+#include "fsw/base/fixed_vector.h"
 #include "fsw/estimator/options.h"
 #include "fsw/modes/options.h"
 #include "fsw/modes/reliability.h"
@@ -22,9 +23,10 @@ const ParamTable<Parameters>& parameter_table();
 /// ParamTable::crc() of it.
 std::uint32_t parameter_table_crc();
 
-/// What is wrong with values that each are in range but do not fit each other; null when nothing is. What depends on
-/// the image besides stands in TrackerOptions::check.
-const char* conflict_in(const Parameters& parameters);
+inline constexpr std::size_t kMaxConflicts = 9;
+/// What is wrong with values that each are in range but do not fit each other, a sentence each. What depends on the
+/// image besides stands in TrackerOptions::check.
+FixedVector<const char*, kMaxConflicts> conflicts_in(const Parameters& parameters);
 
 inline DriftModel drift_model(const ImuOptions& imu) {
   return {.gravity_m_s2 = imu.gravity_m_s2,

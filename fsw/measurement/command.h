@@ -24,7 +24,7 @@ enum class CommandVerdict : std::uint8_t {
   // Of a kSetParameter:
   kOtherTable,  ///< the sender knows another table of parameters
   kOutOfRange,  ///< the value, or it is none of its kind
-  kConflict,    ///< it does not fit the values of other parameters (conflict_in())
+  kConflict,    ///< it does not fit the values of other parameters (conflicts_in())
   kFixed,       ///< it does not change in flight
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "config/calibration_reader.h"
 #include "config/input_error.h"
 #include "fsw/base/hash.h"
 #include "tools/replay/flight.h"
@@ -87,9 +88,10 @@ class Flight {
                        std::to_string(Config::kMaxImageHeight) + ", the largest of configuration '" + Config::kName +
                        "'");
     }
-    if (const char* conflict = conflict_in(session.parameters)) throw InputError(session.source + ": " + conflict);
+    const auto conflicts = conflicts_in(session.parameters);
+    if (!conflicts.empty()) throw InputError(session.source + ": " + conflicts[0]);
     if (!ok(TrackerOptions::check(session.parameters.tracker, camera, Config::kMaxTracks))) {
-      throw InputError(session.source + ": the tracker.* parameters do not fit each other or the resolution " +
+      throw InputError(session.source + ": " + kTrackerNeedsRoom + ", found an image of " +
                        std::to_string(camera.width) + " x " + std::to_string(camera.height));
     }
     static std::optional<ImageTracker> tracker;

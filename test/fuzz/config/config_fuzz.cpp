@@ -34,7 +34,7 @@ void check_flight(const std::string& text) {
   for (const std::string& fault : faults) PLUMB_ASSERT(!fault.empty());
   if (!faults.empty()) return;
   PLUMB_ASSERT(in_range(setup.parameters));
-  PLUMB_ASSERT(conflict_in(setup.parameters) == nullptr);
+  PLUMB_ASSERT(conflicts_in(setup.parameters).empty());
 }
 
 void check_parameters(const std::string& text) {

@@ -81,7 +81,7 @@ bool use(const Parameters& parameters, std::string_view name) {
     watch(parameters.modes);
     return true;
   }
-  if (conflict_in(parameters) != nullptr) return false;
+  if (!conflicts_in(parameters).empty()) return false;
   fly(parameters.estimator);
   return true;
 }

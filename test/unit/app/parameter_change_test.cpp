@@ -65,7 +65,7 @@ TEST(ParameterChangeLaws, WhatIsAcceptedFitsAndWhatIsRefusedChangesNothing) {
       ++accepted;
       ASSERT_NE(row.change, ParamChange::kNever);
       ASSERT_TRUE(ParamTable<Parameters>::accepts(row, command.arguments[2]));
-      ASSERT_EQ(conflict_in(staged), nullptr);
+      ASSERT_TRUE(conflicts_in(staged).empty());
       ASSERT_EQ(change->number, number);
       ASSERT_EQ(change->before, row.get(before));
       ASSERT_EQ(change->after, command.arguments[2]);

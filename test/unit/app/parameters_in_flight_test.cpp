@@ -36,7 +36,7 @@ Parameters others(test::Generator& g) {
         value = g.uniform(0.9, 0.999);
       EXPECT_EQ(parameter_table().set(parameters, row.name, std::clamp(value, row.min, row.max)).status, Status::kOk);
     }
-    if (conflict_in(parameters) == nullptr) return parameters;
+    if (conflicts_in(parameters).empty()) return parameters;
   }
 }
 

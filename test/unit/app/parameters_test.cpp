@@ -53,23 +53,42 @@ TEST(Parameters, EveryRowIsFitToPrint) {
   }
 }
 
+std::string first_conflict(const Parameters& parameters) {
+  const auto conflicts = conflicts_in(parameters);
+  return conflicts.empty() ? "none" : conflicts[0];
+}
+
 TEST(Parameters, ValuesThatDoNotFitEachOtherAreNamed) {
-  EXPECT_EQ(conflict_in(Parameters{}), nullptr);
+  EXPECT_TRUE(conflicts_in(Parameters{}).empty());
   Parameters parameters;
   parameters.estimator.range.min_range_m = parameters.estimator.range.max_range_m;
-  EXPECT_NE(std::string(conflict_in(parameters)).find("range.min_range"), std::string::npos);
+  EXPECT_NE(first_conflict(parameters).find("range.min_range"), std::string::npos);
   parameters = {};
   parameters.estimator.vision.max_depth_m = 0.5 * parameters.estimator.vision.min_depth_m;
-  EXPECT_NE(std::string(conflict_in(parameters)).find("vision.min_depth"), std::string::npos);
+  EXPECT_NE(first_conflict(parameters).find("vision.min_depth"), std::string::npos);
   parameters = {};
   parameters.estimator.start.motion_window_s = 1.1 * parameters.estimator.start.motion_window_max_s;
-  EXPECT_NE(std::string(conflict_in(parameters)).find("start.motion_window"), std::string::npos);
+  EXPECT_NE(first_conflict(parameters).find("start.motion_window"), std::string::npos);
   parameters.estimator.start.motion_window_s = parameters.estimator.start.motion_window_max_s;
-  EXPECT_EQ(conflict_in(parameters), nullptr);
+  EXPECT_TRUE(conflicts_in(parameters).empty());
   parameters.modes.range_timeout_s = parameters.estimator.range.facet_after_s;
-  EXPECT_NE(std::string(conflict_in(parameters)).find("modes.range_timeout"), std::string::npos);
+  EXPECT_NE(first_conflict(parameters).find("modes.range_timeout"), std::string::npos);
   parameters.estimator.range.facet = false;  // then no range waits for the facet
-  EXPECT_EQ(conflict_in(parameters), nullptr);
+  EXPECT_TRUE(conflicts_in(parameters).empty());
+}
+
+TEST(Parameters, AllThatDoesNotFitIsNamedAtOnce) {
+  Parameters parameters;
+  parameters.estimator.range.min_range_m = parameters.estimator.range.max_range_m;
+  parameters.estimator.vision.max_depth_m = 0.5 * parameters.estimator.vision.min_depth_m;
+  parameters.estimator.vision.pixel_noise_min_px = 2.0 * parameters.estimator.vision.pixel_noise_max_px;
+  parameters.estimator.start.motion_window_s = 1.1 * parameters.estimator.start.motion_window_max_s;
+  parameters.tracker.window_px = 12;
+  parameters.tracker.tile_columns = 64;
+  parameters.tracker.backward_levels = parameters.tracker.levels + 1;
+  parameters.tracker.fast_threshold_min = parameters.tracker.fast_threshold_max + 1;
+  parameters.modes.range_timeout_s = parameters.estimator.range.facet_after_s;
+  EXPECT_EQ(conflicts_in(parameters).size(), kMaxConflicts);
 }
 
 TEST(Parameters, TheRecordHoldsEveryParameterInForce) {

@@ -300,6 +300,37 @@ TEST(FlightConfig, RefusesPartsThatDoNotFitEachOther) {
   EXPECT_TRUE(names(faults_of(with("accel_range_g: 10", "rate_hz: 300")), "STIM300"));
 }
 
+TEST(FlightConfig, EachPairOfParametersThatDoesNotFitIsTold) {
+  const std::vector<std::string> faults =
+      faults_of(with("vision.pixel_noise: 0.8",
+                     "vision.min_depth: 5\n  vision.max_depth: 4\n  tracker.window: 12\n"
+                     "  tracker.tile_columns: 64"));
+  for (const char* what :
+       {"flight.yaml: vision.min_depth must be below vision.max_depth", "flight.yaml: tracker.window must be odd",
+        "flight.yaml: tracker.tile_columns times tracker.tile_rows must be at most 64"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 3U) << testing::PrintToString(faults);
+  EXPECT_TRUE(names(faults_of(with_all({{"[640, 480]", "[40, 40]"},
+                                        {"[400, 410, 319.5, 239.5]", "[40, 41, 19.5, 19.5]"},
+                                        {"vision.pixel_noise: 0.8", "tracker.border: 18"}})),
+                    "too little of the image"));
+}
+
+// `range:` with nothing below it would fly without ranges.
+TEST(FlightConfig, AKeyWithoutAValueIsRefused) {
+  const std::size_t range = kSound.find("range:\n");
+  const std::size_t parameters = kSound.find("parameters:\n");
+  std::string text = kSound;
+  text.replace(range, parameters - range, "range:\n");
+  EXPECT_TRUE(names(faults_of(text), "line 21: key 'range': expected a value, or no such key; found nothing"));
+  EXPECT_TRUE(names(faults_of(with("rate_hz: 20", "rate_hz:")), "key 'camera.rate_hz': expected a value"));
+}
+
+TEST(FlightConfig, ASecondDocumentIsRefused) {
+  EXPECT_TRUE(names(faults_of(kSound + "---\nimu: 3\n"), "expected one document, found 2"));
+}
+
 TEST(FlightConfig, TextThatIsNoYamlIsOneFault) {
   EXPECT_EQ(faults_of("log: [").size(), 1U);
   EXPECT_EQ(faults_of("").size(), 1U);
