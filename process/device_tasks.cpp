@@ -213,7 +213,7 @@ std::array<FaultCounter, kCameraFaults.size()> CameraTask::faults() const {
           ov7251_ ? sensor.out_of_order : port.out_of_order,
           port.stamps_mended,
           port.restarts,
-          {sensor.refused, sensor.refused > 0 ? port_.last_error() : 0},
+          sensor.refused,
           counters_.no_slot,
           away_.counter()};
 }

@@ -51,6 +51,12 @@ void stamp_start_of_exposure(const char* device) {
   ASSERT_EQ(write_control(file, control.id, value), 0);
 }
 
+void set_control(const char* device, std::uint32_t id, std::int32_t value) {
+  DeviceFile file;
+  EXPECT_EQ(file.open(device), 0);
+  EXPECT_EQ(write_control(file, id, value), 0);
+}
+
 std::int32_t read_control(const char* device, std::uint32_t id) {
   DeviceFile file;
   v4l2_control control{.id = id, .value = -1};
@@ -112,9 +118,12 @@ TEST(KernelV4l2Camera, StreamsFromSingleAndMultiPlanarDrivers) {
     }
     EXPECT_EQ(camera->health().stamps_mended, 0U);
     EXPECT_EQ(camera->health().malformed, 0U);
-    // It has a gain and no exposure.
+    // It has a gain and no exposure. Then the gain stays too.
+    set_control(device, V4L2_CID_AUTOGAIN, 0);
+    set_control(device, V4L2_CID_GAIN, 50);
     EXPECT_EQ(camera->set_exposure({.time = Duration::from_ms(5), .gain = 2.0}).status(), Status::kRejected);
     EXPECT_EQ(camera->last_error(), EINVAL);
+    EXPECT_EQ(read_control(device, V4L2_CID_GAIN), 50);
     EXPECT_EQ(camera->start({.width = 641}).status(), Status::kInvalidValue);
     ASSERT_TRUE(camera->start({}));
     EXPECT_TRUE(camera->receive(kPatience));
