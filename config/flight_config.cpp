@@ -1,5 +1,6 @@
 #include "config/flight_config.h"
 
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -163,6 +164,59 @@ class Reader {
     steps_([&] { camera.exposure = milliseconds(yaml, "exposure_ms", 0.0); });
     steps_([&] { camera.readout = milliseconds(yaml, "readout_ms", 0.0); });
     steps_([&] { camera.latency = milliseconds(yaml, "latency_ms", 0.0); });
+    steps_([&] { read_trigger(yaml); });
+    steps_([&] { read_trigger_control(yaml); });
+    steps_([&] {
+      constexpr Duration kMost = ov7251::kLineTime * (ov7251::kFrameLines.front() - ov7251::kUnexposedLines);
+      refuse_without_auto_exposure(yaml, "longest_exposure_ms");
+      camera.longest_exposure =
+          Duration::from_seconds(1e-3 * number(yaml, "longest_exposure_ms", 1e3 * camera.longest_exposure.seconds(),
+                                               1e3 * ov7251::kLineTime.seconds(), 1e3 * kMost.seconds()));
+    });
+    steps_([&] {
+      refuse_without_auto_exposure(yaml, "target_brightness");
+      camera.target_brightness = number(yaml, "target_brightness", camera.target_brightness, ov7251::kMinTarget,
+                                        ov7251::kMaxTarget);
+    });
+  }
+
+  void read_trigger(const YamlFile& yaml) {
+    const std::string word = yaml.text_or("trigger", "free_run");
+    if (word != "free_run" && word != "external") yaml.fail("trigger", "expected free_run or external");
+    if (word == "free_run") return;
+    setup_.camera.trigger = CameraTrigger::kExternal;
+    if (setup_.camera.socket.empty() && !yaml.has("trigger_control")) {
+      yaml.fail("trigger", "stands without trigger_control, which Video4Linux needs for it; expected both");
+    }
+  }
+
+  void read_trigger_control(const YamlFile& yaml) {
+    if (!yaml.has("trigger_control")) return;
+    if (setup_.camera.device.empty()) {
+      yaml.fail("trigger_control", "stands without device, of whose driver it is a control; expected device");
+    }
+    // A V4L2 control has the number of its class in the upper bits, and the highest bits are flags.
+    constexpr std::uint32_t kLeast = 0x0098'0000;
+    constexpr std::uint32_t kMost = 0x0fff'ffff;
+    const std::string text = yaml.text("trigger_control");
+    const bool is_hexadecimal = text.starts_with("0x");
+    const char* const end = text.data() + text.size();
+    std::uint32_t id = 0;
+    const auto [rest, error] =
+        std::from_chars(text.data() + (is_hexadecimal ? 2 : 0), end, id, is_hexadecimal ? 16 : 10);
+    if (error != std::errc() || rest != end || id < kLeast || id > kMost) {
+      yaml.fail("trigger_control", "expected the number of a control, 0x00980000 to 0x0fffffff");
+    }
+    setup_.camera.trigger_control = id;
+  }
+
+  /// For keys that only the automatic exposure of Plumb heeds.
+  void refuse_without_auto_exposure(const YamlFile& yaml, const char* key) const {
+    if (!yaml.has(key)) return;
+    if (!setup_.camera.is_ov7251) yaml.fail(key, "stands without model: ov7251; expected it only with that");
+    if (setup_.camera.exposure > Duration()) {
+      yaml.fail(key, "stands beside exposure_ms, which fixes the exposure; expected one of the two");
+    }
   }
 
   void read_range_section(const YamlFile& yaml) {

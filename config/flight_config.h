@@ -11,6 +11,7 @@
 #include "drivers/can_range/decoder.h"
 #include "drivers/can_range/node_status.h"
 #include "drivers/lidar_lite/protocol.h"
+#include "drivers/ov7251/protocol.h"
 #include "drivers/stim300/configuration.h"
 #include "fsw/app/nav_job.h"
 #include "fsw/app/parameters.h"
@@ -36,6 +37,11 @@ struct CameraSetup {
   Duration readout;   ///< from the end of exposure to the stamp of an image that is stamped at its end
   Duration shift;     ///< from the stamp, mid-exposure, to the IMU's clock
   Duration latency;   ///< from the end of readout to this host, for an image that nobody stamped
+  CameraTrigger trigger = CameraTrigger::kFreeRun;
+  std::uint32_t trigger_control = 0;  ///< of the driver in Video4Linux, see V4l2CameraOptions; 0: none
+  // Of the automatic exposure of an OV7251, which is off where `exposure` is above zero.
+  Duration longest_exposure = ov7251::Options{}.longest_exposure;
+  double target_brightness = ov7251::AutoExposureOptions{}.target;  ///< mean of the image, 255 is full
 };
 
 struct RangeSetup {

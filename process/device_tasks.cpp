@@ -157,9 +157,13 @@ CameraTask::CameraTask(CameraPort& port, const CameraSetup& setup, const CameraC
   ov7251::Options options;
   options.period = Duration::from_seconds(1.0 / setup.rate_hz);
   options.arrival_delay = setup.latency;
+  options.trigger = setup.trigger;
+  options.longest_exposure = setup.longest_exposure;
+  options.brightness.target = setup.target_brightness;
   if (setup.exposure > Duration()) {
     options.auto_exposure = false;
     options.exposure.time = setup.exposure;
+    options.longest_exposure = setup.exposure;  // else what is longer would become gain
   }
   ov7251_.emplace(port, options);
 }
@@ -182,7 +186,10 @@ void CameraTask::run_once() {
 Status CameraTask::start() {
   if (ov7251_) return ov7251_->start();
   return port_
-      .start({.width = width_, .height = height_, .period = Duration::from_seconds(1.0 / setup_.rate_hz), .trigger = {}})
+      .start({.width = width_,
+              .height = height_,
+              .period = Duration::from_seconds(1.0 / setup_.rate_hz),
+              .trigger = setup_.trigger})
       .status();
 }
 
@@ -206,7 +213,7 @@ std::array<FaultCounter, kCameraFaults.size()> CameraTask::faults() const {
           ov7251_ ? sensor.out_of_order : port.out_of_order,
           port.stamps_mended,
           port.restarts,
-          {sensor.refused, sensor.refused > 0 ? port_.last_error() : 0},
+          sensor.refused,
           counters_.no_slot,
           away_.counter()};
 }

@@ -187,6 +187,7 @@ void FlightProcess::Parts::open_devices(std::vector<std::string>& faults) {
     V4l2CameraOptions options;
     options.device = setup.camera.device;
     options.sensor = setup.camera.subdevice;
+    options.trigger_control = setup.camera.trigger_control;
     camera_port = take("camera", V4l2Camera::open(options, error), error);
   } else {
     camera_port = take("camera", FrameSocket::open(setup.camera.socket, error), error);

@@ -12,7 +12,7 @@ Status Device::start() {
 void Device::set_exposure(Time now) {
   if (protocol_.wanted().time == Duration()) return;
   const Result<Exposure> taken = port_.set_exposure(protocol_.wanted());
-  taken ? protocol_.on_exposure_set(*taken, now) : protocol_.on_exposure_refused();
+  taken ? protocol_.on_exposure_set(*taken, now) : protocol_.on_exposure_refused(port_.last_error());
 }
 
 Result<CameraFrame> Device::poll(Time now, Duration timeout) {

@@ -156,8 +156,8 @@ void Protocol::on_exposure_set(const Exposure& taken, Time now) {
   ++counters_.exposures;
 }
 
-void Protocol::on_exposure_refused() {
-  ++counters_.refused;
+void Protocol::on_exposure_refused(int error) {
+  counters_.refused.add(error);
   refused_ = wanted_;
   wanted_ = {};
 }

@@ -47,7 +47,7 @@ struct Counters {
   FaultCounter repeated;
   std::uint32_t unstamped = 0;  ///< passed on with the time of arrival, less `arrival_delay`, for want of a stamp
   std::uint32_t exposures = 0;  ///< changes of exposure that the camera took
-  std::uint32_t refused = 0;    ///< changes that it did not take
+  FaultCounter refused;         ///< changes that it did not take
 };
 
 class Protocol {
@@ -69,8 +69,8 @@ class Protocol {
   const Exposure& wanted() const { return wanted_; }
   /// The camera took this exposure at `now`.
   void on_exposure_set(const Exposure& taken, Time now);
-  /// It took none. It is asked for again after the next frame.
-  void on_exposure_refused();
+  /// It took none, for this reason of the system (errno). It is asked for again after the next frame.
+  void on_exposure_refused(int error);
 
   bool at_exposure_limit() const { return auto_exposure_.at_limit(); }
   const Counters& counters() const { return counters_; }

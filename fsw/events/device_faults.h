@@ -74,7 +74,8 @@ inline constexpr std::array<FaultRow, 18> kStim300Faults{{
     {"overflows"},
     /// returns of the serial line after it was gone
     {"reopened"},
-    /// the serial line is not there, or for another reason than before; value: the system's reason (errno)
+    /// times that the serial line went away, or was still away for another reason than before; value: the system's
+    /// reason (errno)
     {"gone", FaultValue::kSystemError},
 }};
 
@@ -100,7 +101,8 @@ inline constexpr std::array<FaultRow, 11> kCameraFaults{{
     {"exposures_refused", FaultValue::kSystemError},
     /// images for which the store had no room; value: sequence of the source
     {"no_slot", FaultValue::kNumber},
-    /// the camera is not there, or for another reason than before; value: the system's reason (errno)
+    /// times that the camera went away, or was still away for another reason than before; value: the system's reason
+    /// (errno)
     {"gone", FaultValue::kSystemError},
 }};
 
@@ -126,8 +128,9 @@ inline constexpr std::array<FaultRow, 9> kLidarLiteFaults{{
 }};
 
 inline constexpr std::array<FaultRow, 17> kCanRangeFaults{{
-    /// frames of another size, ranges that are no positive number, readings of no known type; value: size of the frame
-    /// [bytes], or the range [m] as a double, or 256 and the type
+    /// on a bus of Benewake's frames those of another size, on a DroneCAN bus ranges that are no positive number and
+    /// readings of no known type; value: size of the frame [bytes] on the first; the range [m] as a double, or 256 and
+    /// the type, on the second
     {"malformed", FaultValue::kBits},
     /// DroneCAN frames that no measurement has; value: identifier, and its size [bytes] in the lowest 8 bits
     {"malformed_transfers", FaultValue::kBits},
@@ -160,7 +163,8 @@ inline constexpr std::array<FaultRow, 17> kCanRangeFaults{{
     {"overflows"},
     /// transfers of which no sound one came, by their ids; value: how many the last time
     {"missing", FaultValue::kNumber},
-    /// the interface is not there, or for another reason than before; value: the system's reason (errno)
+    /// times that the interface went away, or was still away for another reason than before; value: the system's reason
+    /// (errno)
     {"gone", FaultValue::kSystemError},
 }};
 

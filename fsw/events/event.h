@@ -23,7 +23,7 @@ enum class EventId : std::uint16_t {
   kImageSkipped = 4,       ///< tick, sequence of the image, images skipped so far, kept back
   kNavMissed = 5,          ///< tick, frames missed so far, 0, kept back
   kParametersDamaged = 6,  ///< whose (0 tick, 1 nav), ParamDamage (fsw/params/param_store.h), 0, 0
-  kDeviceFaults = 7,       ///< no longer told: as the next, with the count that was last told in place of the value
+  kDeviceFaults = 7,       ///< of earlier versions only: device, counter, its count so far, its count when last told
   kDeviceFault = 8,        ///< device, counter (fsw/events/device_faults.h), its count so far, last value (0: none)
   // From here on a function of the input frames, told at every occurrence: a replay tells the same.
   kModeChanged = 16,    ///< NavMode before and now, conditions that hold (fsw/modes/mode_machine.h), resets so far

@@ -169,8 +169,10 @@ Result<Exposure> V4l2Camera::apply(const Exposure& wanted) {
   const double step_s = options_.exposure_step.seconds();
   std::int32_t lines = to_step(time, wanted.time.seconds() / step_s);
   std::int32_t sixteenths = to_step(gain, wanted.gain / options_.gain_step);
-  if (error == 0) error = write_control(controls(), time.id, lines);
+  // The gain first: whatever fails then leaves the exposure as it was, which time stamps depend on. The gain alone only
+  // makes the image brighter or darker, and the next exposure that is asked for sets it again.
   if (error == 0) error = write_control(controls(), gain.id, sixteenths);
+  if (error == 0) error = write_control(controls(), time.id, lines);
   if (error == 0) return Exposure{.time = options_.exposure_step * lines, .gain = sixteenths * options_.gain_step};
   last_error_ = error;
   return Status::kRejected;

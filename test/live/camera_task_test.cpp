@@ -56,6 +56,59 @@ TEST(CameraTask, StampsImagesByTheClockOfTheImu) {
   }
 }
 
+TEST(CameraTask, HandsTriggerAndExposureToTheCamera) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "camera").string();
+  emulator::CameraDaemon daemon(path);
+  std::string error;
+  const CameraCalibration camera{.width = 640, .height = 480};
+  LinuxClock clock;
+  NoSink log;
+  constexpr int kMostTurns = 400;
+  const auto fly = [&](const CameraSetup& setup, double fill_per_ms, std::uint64_t images) {
+    daemon.with([&](auto& sensor, auto&) { sensor.set_scene(fill_per_ms); });
+    const std::unique_ptr<FrameSocket> port = FrameSocket::open(path, error);
+    const auto rings = std::make_unique<SensorRings>();
+    CameraTask task(*port, setup, camera, *rings, clock, log);
+    StoredImage image;
+    for (int i = 0; i < kMostTurns && task.images() < images; ++i) {
+      task.run_once();
+      if (rings->images.pop(image)) static_cast<void>(rings->empty.push(image.slot));
+    }
+    EXPECT_GE(task.images(), images);
+    return daemon.sent().back();
+  };
+  const auto time_of = [](const emulator::Ov7251Image& image) {
+    return Duration::from_ns(image.exposure_lines * emulator::Ov7251Emulator::kLine_ns);
+  };
+  const Duration line = Duration::from_ns(emulator::Ov7251Emulator::kLine_ns);
+  CameraSetup setup;
+  setup.rate_hz = 90.0;
+  setup.longest_exposure = Duration::from_ms(3);
+  setup.target_brightness = 40.0;
+  for (const bool is_ov7251 : {false, true}) {
+    for (const CameraTrigger trigger : {CameraTrigger::kFreeRun, CameraTrigger::kExternal}) {
+      setup.is_ov7251 = is_ov7251;
+      setup.trigger = trigger;
+      const emulator::Ov7251Image image = fly(setup, 0.001, 8);
+      EXPECT_EQ(daemon.trigger(), trigger == CameraTrigger::kExternal ? 1 : 0);
+      if (!is_ov7251) continue;
+      EXPECT_LE(time_of(image), setup.longest_exposure);
+      EXPECT_GT(time_of(image) + line, setup.longest_exposure) << "in the dark";
+    }
+  }
+  double sum = 0.0;
+  for (const std::uint16_t pixel : fly(setup, 0.2, 40).pixels) sum += pixel / 4.0;
+  EXPECT_NEAR(sum / (640 * 480), setup.target_brightness, setup.target_brightness * (ov7251::kBand - 1.0));
+  // What is fixed is so as it stands, however long.
+  setup.rate_hz = 30.0;
+  setup.exposure = Duration::from_ms(15);
+  const emulator::Ov7251Image fixed = fly(setup, 0.01, 8);
+  EXPECT_LE(time_of(fixed), setup.exposure);
+  EXPECT_GT(time_of(fixed) + line, setup.exposure);
+  EXPECT_EQ(fixed.gain, 16);
+}
+
 constexpr std::size_t index_of(std::string_view counter) {
   for (std::size_t i = 0; i < kCameraFaults.size(); ++i) {
     if (kCameraFaults[i].name == counter) return i;

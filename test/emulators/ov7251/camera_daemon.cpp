@@ -115,6 +115,7 @@ void CameraDaemon::on_request(const Bytes& request) {
     sensor_.set_frame_lines(
         static_cast<int>((get(request, 8, 8) + Ov7251Emulator::kLine_ns / 2) / Ov7251Emulator::kLine_ns));
     streaming_ = true;
+    trigger_ = static_cast<int>(get(request, 24, 1));
     if (!behaviour_.answers) return;
     Bytes answer = message_of(kKindMode);
     put(answer, 8, sensor_.period_ns(), 8);

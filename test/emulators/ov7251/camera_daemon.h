@@ -38,6 +38,11 @@ class CameraDaemon {
     const std::lock_guard lock(mutex_);
     return sent_;
   }
+  /// Of the newest START, as the protocol numbers it; -1: none came.
+  int trigger() {
+    const std::lock_guard lock(mutex_);
+    return trigger_;
+  }
 
  private:
   void run(const std::stop_token& stop);
@@ -53,6 +58,7 @@ class CameraDaemon {
   Ov7251Emulator sensor_;
   Behaviour behaviour_;
   bool streaming_ = false;
+  int trigger_ = -1;
   std::vector<Ov7251Image> sent_;
   std::jthread thread_;  // last: it uses the others
 };

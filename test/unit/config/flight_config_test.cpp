@@ -331,6 +331,58 @@ TEST(FlightConfig, ASecondDocumentIsRefused) {
   EXPECT_TRUE(names(faults_of(kSound + "---\nimu: 3\n"), "expected one document, found 2"));
 }
 
+// The sound file with such a camera.
+std::string with_camera(const std::string& keys) { return with("socket: /run/plumb/camera", keys); }
+std::string with_automatic_exposure(const std::string& keys) {
+  return with_all(
+      {{"socket: /run/plumb/camera", "device: /dev/video0\n  model: ov7251\n  " + keys}, {"  exposure_ms: 4\n", ""}});
+}
+
+TEST(FlightConfig, ReadsTriggerAndAutomaticExposure) {
+  std::vector<std::string> faults;
+  const CameraSetup camera =
+      read_flight_config("flight.yaml",
+                         with_automatic_exposure("trigger: external\n  trigger_control: 0x00981234\n"
+                                                 "  longest_exposure_ms: 2.5\n  target_brightness: 60"),
+                         faults)
+          .camera;
+  EXPECT_EQ(faults, std::vector<std::string>{});
+  EXPECT_EQ(camera.trigger, CameraTrigger::kExternal);
+  EXPECT_EQ(camera.trigger_control, 0x00981234U);
+  EXPECT_EQ(camera.longest_exposure, Duration::from_us(2500));
+  EXPECT_EQ(camera.target_brightness, 60.0);
+  EXPECT_EQ(faults_of(with_camera("socket: /run/plumb/camera\n  trigger: external")), std::vector<std::string>{})
+      << "a daemon needs no control";
+  EXPECT_EQ(faults_of(with_camera("device: /dev/video0\n  trigger_control: 9966132")), std::vector<std::string>{})
+      << "it is told that there is no trigger";
+}
+
+TEST(FlightConfig, RefusesCameraKeysOutOfRangeOrWithoutEffect) {
+  for (const auto& [keys, fault] : std::vector<std::pair<std::string, std::string>>{
+           {"trigger: edge", "flight.yaml line 15: key 'camera.trigger': expected free_run or external, found 'edge'"},
+           {"trigger: external", "key 'camera.trigger': stands without trigger_control"},
+           {"trigger_control: 7", "'camera.trigger_control': expected the number of a control"},
+           {"trigger_control: 0x00981234h", "'camera.trigger_control': expected the number of a control"},
+           {"trigger_control: 0x80981234", "'camera.trigger_control': expected the number of a control"},
+           {"longest_exposure_ms: 33", "'camera.longest_exposure_ms': expected 0.019333 to 32.9434, found '33'"},
+           {"longest_exposure_ms: 0", "'camera.longest_exposure_ms': expected 0.019333 to 32.9434, found '0'"},
+           {"target_brightness: 19", "'camera.target_brightness': expected 20 to 200, found '19'"},
+           {"longest_exposure_ms: 5\n  exposure_ms: 4", "'camera.longest_exposure_ms': stands beside exposure_ms"},
+           {"target_brightness: 90\n  exposure_ms: 4", "'camera.target_brightness': stands beside exposure_ms"}}) {
+    const std::vector<std::string> faults = faults_of(with_automatic_exposure(keys));
+    EXPECT_TRUE(names(faults, fault)) << keys << ": " << testing::PrintToString(faults);
+    EXPECT_EQ(faults.size(), 1U) << keys << ": " << testing::PrintToString(faults);
+  }
+  for (const auto& [keys, fault] : std::vector<std::pair<std::string, std::string>>{
+           {"trigger_control: 0x00981234", "'camera.trigger_control': stands without device"},
+           {"longest_exposure_ms: 5", "'camera.longest_exposure_ms': stands without model: ov7251"},
+           {"target_brightness: 90", "'camera.target_brightness': stands without model: ov7251"}}) {
+    const std::vector<std::string> faults = faults_of(with_camera("socket: /run/plumb/camera\n  " + keys));
+    EXPECT_TRUE(names(faults, fault)) << keys << ": " << testing::PrintToString(faults);
+    EXPECT_EQ(faults.size(), 1U) << keys;
+  }
+}
+
 TEST(FlightConfig, TextThatIsNoYamlIsOneFault) {
   EXPECT_EQ(faults_of("log: [").size(), 1U);
   EXPECT_EQ(faults_of("").size(), 1U);

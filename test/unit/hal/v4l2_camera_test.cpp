@@ -51,6 +51,20 @@ void stamp_start_of_exposure(const char* device) {
   ASSERT_EQ(write_control(file, control.id, value), 0);
 }
 
+void set_control(const char* device, std::uint32_t id, std::int32_t value) {
+  DeviceFile file;
+  EXPECT_EQ(file.open(device), 0);
+  EXPECT_EQ(write_control(file, id, value), 0);
+}
+
+std::int32_t read_control(const char* device, std::uint32_t id) {
+  DeviceFile file;
+  v4l2_control control{.id = id, .value = -1};
+  EXPECT_EQ(file.open(device), 0);
+  EXPECT_EQ(file.call(VIDIOC_G_CTRL, &control), 0);
+  return control.value;
+}
+
 TEST(V4l2Camera, SaysWhatIsNoCamera) {
   std::string error;
   EXPECT_EQ(V4l2Camera::open({.device = "/dev/nonsense-video"}, error), nullptr);
@@ -104,13 +118,32 @@ TEST(KernelV4l2Camera, StreamsFromSingleAndMultiPlanarDrivers) {
     }
     EXPECT_EQ(camera->health().stamps_mended, 0U);
     EXPECT_EQ(camera->health().malformed, 0U);
-    // It has a gain and no exposure.
+    // It has a gain and no exposure. Then the gain stays too.
+    set_control(device, V4L2_CID_AUTOGAIN, 0);
+    set_control(device, V4L2_CID_GAIN, 50);
     EXPECT_EQ(camera->set_exposure({.time = Duration::from_ms(5), .gain = 2.0}).status(), Status::kRejected);
     EXPECT_EQ(camera->last_error(), EINVAL);
+    EXPECT_EQ(read_control(device, V4L2_CID_GAIN), 50);
     EXPECT_EQ(camera->start({.width = 641}).status(), Status::kInvalidValue);
     ASSERT_TRUE(camera->start({}));
     EXPECT_TRUE(camera->receive(kPatience));
   }
+}
+
+// Any control that is 0 or 1 will do for the trigger.
+TEST(KernelV4l2Camera, TellsTheDriverOfTheTrigger) {
+  PLUMB_NEEDS_KERNEL("vivid");
+  const auto start = [](std::uint32_t control, CameraTrigger trigger) {
+    std::string error;
+    const auto camera = V4l2Camera::open({.device = kVivid, .trigger_control = control}, error);
+    return camera != nullptr && camera->start({.trigger = trigger});
+  };
+  const auto is_on = [] { return read_control(kVivid, V4L2_CID_HFLIP); };
+  EXPECT_FALSE(start(0, CameraTrigger::kExternal)) << "no control for it";
+  EXPECT_TRUE(start(V4L2_CID_HFLIP, CameraTrigger::kExternal));
+  EXPECT_EQ(is_on(), 1);
+  EXPECT_TRUE(start(V4L2_CID_HFLIP, CameraTrigger::kFreeRun));
+  EXPECT_EQ(is_on(), 0);
 }
 
 TEST(KernelV4l2Camera, WaitsNoLongerThanItSays) {

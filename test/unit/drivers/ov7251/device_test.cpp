@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cmath>
 #include <vector>
 
@@ -149,6 +150,12 @@ TEST_F(Ov7251Device, FliesWithACameraThatHasNoControls) {
   EXPECT_GE(run(device, 30).size(), 29U);
   for (const std::int64_t error_ns : errors_ns_) EXPECT_LE(std::abs(error_ns), 1);
   EXPECT_GT(device.protocol().counters().refused, 20U);
+  // What fails later, for another reason, says nothing of the refusal.
+  EXPECT_EQ(device.protocol().counters().refused.value, ENOTTY);
+  port_.gone = true;
+  (void)port_.set_exposure({.time = kLineTime, .gain = 1.0});
+  ASSERT_EQ(port_.last_error(), ENODEV);
+  EXPECT_EQ(device.protocol().counters().refused.value, ENOTTY);
   EXPECT_EQ(device.protocol().counters().exposures, 0U);
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <vector>
 
 namespace plumb::ov7251 {
@@ -141,11 +142,12 @@ TEST_F(Ov7251Protocol, AsksAgainForAnExposureThatWasRefused) {
   protocol.start(kPeriod);
   const Exposure first = protocol.wanted();
   ASSERT_GT(first.time, Duration());
-  protocol.on_exposure_refused();
+  protocol.on_exposure_refused(EIO);
   EXPECT_EQ(protocol.wanted().time, Duration());
   ASSERT_TRUE(protocol.on_frame(next()));
   EXPECT_EQ(protocol.wanted(), first);
   EXPECT_EQ(protocol.counters().refused, 1U);
+  EXPECT_EQ(protocol.counters().refused.value, EIO);
 }
 
 }  // namespace
