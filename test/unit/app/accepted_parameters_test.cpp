@@ -105,6 +105,7 @@ TEST(AcceptedParameters, AllAtOneEndOfTheirRangesAreFlown) {
       ASSERT_EQ(parameter_table().set(parameters, row.name, top ? row.max : row.min).status, Status::kOk);
     }
     parameters.estimator.range.facet_after_s = 0.5 * parameters.modes.range_timeout_s;  // has to be below it
+    parameters.tracker.tile_rows = 1;  // there are at most as many tiles as columns can be
     EXPECT_TRUE(use(parameters, ""));
     EXPECT_TRUE(use(parameters, "modes."));
   }
