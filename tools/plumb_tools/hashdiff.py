@@ -48,6 +48,8 @@ def differing_fields(a: Any, b: Any, name: str = "") -> Iterator[tuple[str, obje
         yield name, a, b
 
 
+_RECORD_HEADER_BYTES = 28  # of an LCM event log: sync word, number, time, and the two lengths
+
 #: A frame's number, and how many with the same number came before it in the log.
 Frame = tuple[int, int]
 
@@ -59,7 +61,9 @@ def frames(log: Path) -> dict[str, dict[Frame, bytes]]:
     decoders = {channel: (getattr(types(), name), key) for channel, name, key in _COMPARED}
     with log.open("rb"):  # LCM would end the program with a message of its own
         pass
+    read_bytes = 0
     for event in lcm.EventLog(str(log), "r"):
+        read_bytes += _RECORD_HEADER_BYTES + len(event.channel) + len(event.data)
         if event.channel not in decoders:
             continue
         decoder, key = decoders[event.channel]
@@ -72,6 +76,8 @@ def frames(log: Path) -> dict[str, dict[Frame, bytes]]:
         number = len(found[event.channel]) if key is None else getattr(message, key)
         found[event.channel][number, seen[event.channel, number]] = event.data
         seen[event.channel, number] += 1
+    if lost := log.stat().st_size - read_bytes:
+        print(f"hashdiff: {log}: is damaged or cut short: {lost} bytes of it are no record", file=sys.stderr)
     if not found["INPUT_FRAME"]:
         raise ValueError(f"{log}: no message on INPUT_FRAME, expected a log of plumb-fsw or plumb-replay --record")
     return found

@@ -1,6 +1,7 @@
 """tools/hashdiff: two logs are the same in every bit, or the first that is not is named."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import lcm
@@ -92,6 +93,19 @@ def test_events_that_tell_of_the_machine_may_differ(tmp_path: Path, sound: list[
 def test_a_log_that_is_not_there(tmp_path: Path, sound: list[tuple[str, bytes]]) -> None:
     one = _log(tmp_path / "one.lcm", sound)
     assert hashdiff.main([str(one), str(tmp_path / "none.lcm")]) == 2
+
+
+@pytest.mark.parametrize("damage", [lambda log: log[:-5], lambda log: log + b"rubbish"])
+def test_a_log_that_is_not_whole_is_said_to_be(
+    tmp_path: Path, sound: list[tuple[str, bytes]], capsys: pytest.CaptureFixture[str], damage: Callable[[bytes], bytes]
+) -> None:
+    whole = _log(tmp_path / "whole.lcm", sound)
+    hashdiff.main([str(whole), str(whole)])
+    assert capsys.readouterr().err == ""
+    broken = tmp_path / "broken.lcm"
+    broken.write_bytes(damage(whole.read_bytes()))
+    hashdiff.main([str(whole), str(broken)])
+    assert "broken.lcm: is damaged or cut short" in capsys.readouterr().err
 
 
 def test_each_of_two_frames_with_one_number_is_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
