@@ -328,7 +328,8 @@ TEST(FlightConfig, AKeyWithoutAValueIsRefused) {
 }
 
 TEST(FlightConfig, ASecondDocumentIsRefused) {
-  EXPECT_TRUE(names(faults_of(kSound + "---\nimu: 3\n"), "expected one document, found 2"));
+  EXPECT_TRUE(names(faults_of(kSound + "---\nimu: 3\n"), ": expected one document, found a second"));
+  EXPECT_TRUE(faults_of("# a comment\n---\n" + kSound).empty());
 }
 
 // The sound file with such a camera.
