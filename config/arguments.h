@@ -1,5 +1,6 @@
 #pragma once
-// What the values of a program's options may be, for CLI11. A refusal names the option, the value and what was expected.
+// What the values of a program's options may be, for CLI11. A refusal names the option, the value and what was
+// expected.
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>

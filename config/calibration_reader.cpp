@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "fsw/vision/camera_model.h"
 #include "config/input_error.h"
+#include "fsw/vision/camera_model.h"
 
 namespace plumb {
 namespace {

@@ -12,8 +12,8 @@
 
 namespace plumb {
 
-/// How a reader takes its steps, which do not depend on each other: the first fault ends the reading, or it is noted and
-/// the next step is taken.
+/// How a reader takes its steps, which do not depend on each other: the first fault ends the reading, or it is noted
+/// and the next step is taken.
 using Steps = std::function<void(const std::function<void()>& step)>;
 inline const Steps kUntilFirstFault = [](const std::function<void()>& step) { step(); };
 
@@ -45,8 +45,8 @@ inline constexpr const char* kTrackerNeedsRoom =
 /// Parameter names and values, nested or with dots. All or nothing.
 void read_parameters(const YamlFile& yaml, Parameters& parameters, const Steps& steps = kUntilFirstFault);
 
-// The same from the folders of an ASL recording. A warning for each key they do not know: a misspelt optional key has no
-// effect.
+// The same from the folders of an ASL recording. A warning for each key they do not know: a misspelt optional key has
+// no effect.
 void read_camera(const std::filesystem::path& cam0, const std::filesystem::path& imu0, Calibration& calibration,
                  std::vector<std::string>& warnings);
 void read_imu(const std::filesystem::path& imu0, Parameters& parameters, std::vector<std::string>& warnings);

@@ -136,8 +136,8 @@ class Reader {
   void read_calibration(const YamlFile* camera, const YamlFile* imu) {
     if (camera == nullptr && imu != nullptr && !imu->has("T_BS")) return;  // may be right, for a camera of Kalibr
     if (camera == nullptr || !camera->has("kalibr")) return read_camera(camera, imu, setup_.calibration, steps_);
-    refuse_beside_kalibr(*camera, {"T_BS", "camera_model", "resolution", "intrinsics", "distortion_model",
-                                   "distortion_coefficients"});
+    refuse_beside_kalibr(
+        *camera, {"T_BS", "camera_model", "resolution", "intrinsics", "distortion_model", "distortion_coefficients"});
     if (imu != nullptr) refuse_beside_kalibr(*imu, {"T_BS"});
     steps_([&] {
       const std::string name = camera->text_or("kalibr_camera", "cam0");
@@ -175,8 +175,8 @@ class Reader {
     });
     steps_([&] {
       refuse_without_auto_exposure(yaml, "target_brightness");
-      camera.target_brightness = number(yaml, "target_brightness", camera.target_brightness, ov7251::kMinTarget,
-                                        ov7251::kMaxTarget);
+      camera.target_brightness =
+          number(yaml, "target_brightness", camera.target_brightness, ov7251::kMinTarget, ov7251::kMaxTarget);
     });
   }
 
@@ -230,10 +230,14 @@ class Reader {
     if (range.kind == RangeDevice::kLidarLite) {
       steps_([&] {
         const std::string model = yaml.text("model");
-        if (model == "v3") range.lidar_lite.model = lidar_lite::Model::kV3;
-        else if (model == "v3hp") range.lidar_lite.model = lidar_lite::Model::kV3Hp;
-        else if (model == "v4led") range.lidar_lite.model = lidar_lite::Model::kV4Led;
-        else yaml.fail("model", "expected v3, v3hp or v4led");
+        if (model == "v3")
+          range.lidar_lite.model = lidar_lite::Model::kV3;
+        else if (model == "v3hp")
+          range.lidar_lite.model = lidar_lite::Model::kV3Hp;
+        else if (model == "v4led")
+          range.lidar_lite.model = lidar_lite::Model::kV4Led;
+        else
+          yaml.fail("model", "expected v3, v3hp or v4led");
       });
       steps_([&] { range.lidar_lite.period = milliseconds(yaml, "period_ms", 40.0); });
       steps_([&] {
@@ -250,9 +254,12 @@ class Reader {
     std::optional<can_range::Protocol> protocol;
     steps_([&] {
       const std::string word = yaml.text_or("protocol", "dronecan");
-      if (word == "dronecan") protocol = can_range::Protocol::kDronecan;
-      else if (word == "benewake") protocol = can_range::Protocol::kBenewake;
-      else yaml.fail("protocol", "expected dronecan or benewake");
+      if (word == "dronecan")
+        protocol = can_range::Protocol::kDronecan;
+      else if (word == "benewake")
+        protocol = can_range::Protocol::kBenewake;
+      else
+        yaml.fail("protocol", "expected dronecan or benewake");
     });
     can.protocol = protocol.value_or(can.protocol);
     steps_([&] { can.bus_bit_s = whole(yaml, "bus_bit_s", can.bus_bit_s, 10'000, 1'000'000); });

@@ -86,8 +86,8 @@ struct FlightSetup {
 /// Everything that is wrong with the file, and with those of Kalibr that it names, is added to `faults`; if that is
 /// nothing, the setup can be flown.
 FlightSetup read_flight_config(const std::filesystem::path& file, std::vector<std::string>& faults);
-/// The same from the text of such a file, as a log has it. Files of Kalibr are not there any more: without them the setup
-/// has no calibration, which a log has of its own.
+/// The same from the text of such a file, as a log has it. Files of Kalibr are not there any more: without them the
+/// setup has no calibration, which a log has of its own.
 FlightSetup read_flight_config(const std::string& name, const std::string& text, std::vector<std::string>& faults);
 
 }  // namespace plumb

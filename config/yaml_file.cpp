@@ -44,7 +44,8 @@ int second_document(const std::string& text) {
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    const bool marker = line.starts_with("---") && (line.size() == 3 || std::isspace(static_cast<unsigned char>(line[3])) != 0);
+    const bool marker =
+        line.starts_with("---") && (line.size() == 3 || std::isspace(static_cast<unsigned char>(line[3])) != 0);
     if (marker && begun) return number;
     const std::size_t first = line.find_first_not_of(" \t\r");
     begun = begun || marker || (first != std::string::npos && line[first] != '#' && line[first] != '%');
@@ -109,7 +110,8 @@ YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& p
     }
     auto& [first_key, first] = *same;
     tell(faults, line_of(entry.first) + ": key '" + prefix + key + "': stands on line " +
-         std::to_string(first_key.Mark().line + 1) + " already; expected once, found " + as_text(entry.second));
+                     std::to_string(first_key.Mark().line + 1) + " already; expected once, found " +
+                     as_text(entry.second));
     if (first.IsMap() && entry.second.IsMap()) first.reset(both(first, entry.second));
     changed = true;
   }
@@ -117,7 +119,8 @@ YAML::Node YamlFile::with_plain_keys(const YAML::Node& map, const std::string& p
   for (auto& [key, value] : entries) {
     // A key without a value is as none, which who wrote it may not have meant.
     if (value.IsNull() && faults != nullptr) {
-      tell(faults, line_of(key) + ": key '" + prefix + key.Scalar() + "': expected a value, or no such key; found nothing");
+      tell(faults,
+           line_of(key) + ": key '" + prefix + key.Scalar() + "': expected a value, or no such key; found nothing");
     }
     if (value.IsMap()) {
       const YAML::Node inner = with_plain_keys(value, prefix + key.Scalar() + ".", depth + 1, faults);

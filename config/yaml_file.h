@@ -18,8 +18,8 @@ namespace plumb {
 
 class YamlFile {
  public:
-  /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map. With `faults` keys that
-  /// stand twice are added to it instead: of two maps both are read, of two values the first.
+  /// Throws InputError when the file is missing, is not a YAML map, or has a key twice in one map. With `faults` keys
+  /// that stand twice are added to it instead: of two maps both are read, of two values the first.
   explicit YamlFile(std::filesystem::path file, std::vector<std::string>* faults = nullptr);
   /// The same for the text of a file that was read before; `name` is what messages call it.
   YamlFile(const std::string& name, const std::string& text, std::vector<std::string>* faults = nullptr);

@@ -55,10 +55,24 @@ void ImuTask::run_once() {
 std::array<FaultCounter, kStim300Faults.size()> ImuTask::faults() const {
   const stim300::FramerCounters& line = device_.protocol().framer();
   const stim300::Counters& unit = device_.protocol().counters();
-  return {line.checksum_errors, line.skipped_bytes, unit.duplicates, unit.unconfigured, unit.starting,
-          unit.faulty,          unit.stuck,         unit.overloads,  unit.unaligned,    unit.out_of_order,
-          unit.conditions,      unit.missing,       unit.slips,      unit.restarts,     device_.protocol().clock().corrections(),
-          rings_.imu.overflows(), port_.reopens(),      away_.counter()};
+  return {line.checksum_errors,
+          line.skipped_bytes,
+          unit.duplicates,
+          unit.unconfigured,
+          unit.starting,
+          unit.faulty,
+          unit.stuck,
+          unit.overloads,
+          unit.unaligned,
+          unit.out_of_order,
+          unit.conditions,
+          unit.missing,
+          unit.slips,
+          unit.restarts,
+          device_.protocol().clock().corrections(),
+          rings_.imu.overflows(),
+          port_.reopens(),
+          away_.counter()};
 }
 
 void LidarLiteTask::run_once() {
@@ -75,8 +89,8 @@ void LidarLiteTask::run_once() {
 std::array<FaultCounter, kLidarLiteFaults.size()> LidarLiteTask::faults() const {
   const lidar_lite::Counters& unit = device_.counters();
   const FaultCounter not_acknowledged(unit.not_acknowledged, bus_.last_error());
-  return {unit.not_ready,       not_acknowledged, unit.busy_timeouts, unit.stuck,             unit.wrong_model,
-          unit.verify_failures, unit.resets,           unit.late,          rings_.range.overflows()};
+  return {unit.not_ready, not_acknowledged, unit.busy_timeouts,      unit.stuck, unit.wrong_model, unit.verify_failures,
+          unit.resets,    unit.late,        rings_.range.overflows()};
 }
 
 CanRangeTask::CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log)
@@ -232,10 +246,11 @@ void CameraTask::accept(const CameraFrame& frame) {
     counters_.no_slot.add(frame.sequence);
     return;
   }
-  const StoredImage stored{.reference = {.t_exposure_mid = frame.t_exposure_mid + setup_.shift, .sequence = sequence_++},
-                           .slot = slot_,
-                           .width = width_,
-                           .height = height_};
+  const StoredImage stored{
+      .reference = {.t_exposure_mid = frame.t_exposure_mid + setup_.shift, .sequence = sequence_++},
+      .slot = slot_,
+      .width = width_,
+      .height = height_};
   std::uint8_t* to = rings_.pixels[slot_].data();
   for (std::int32_t row = 0; row < height_; ++row) {
     to = std::copy_n(frame.image.pixels + static_cast<std::ptrdiff_t>(row) * frame.image.stride, width_, to);

@@ -140,9 +140,7 @@ struct FlightProcess::Parts {
   void open_commands(std::vector<std::string>& faults);
   void open_devices(std::vector<std::string>& faults);
   void put_together();
-  std::uint64_t ranges() const {
-    return lidar_lite ? lidar_lite->samples() : can_range ? can_range->samples() : 0;
-  }
+  std::uint64_t ranges() const { return lidar_lite ? lidar_lite->samples() : can_range ? can_range->samples() : 0; }
   void describe(FlightSummary& summary) const;
   void describe_devices(FlightSummary& summary) const;
 };
@@ -297,8 +295,9 @@ const ProgressBoard& FlightProcess::progress() const { return parts_->progress; 
 FlightSummary FlightProcess::stop() {
   Parts& p = *parts_;
   // One after the other in the direction of the data, so that what is in the log is whole: every frame has its state.
-  for (const FlightThread thread : {FlightThread::kCommand, FlightThread::kImu, FlightThread::kCamera,
-                                    FlightThread::kRange, FlightThread::kTick, FlightThread::kNav, FlightThread::kLog}) {
+  for (const FlightThread thread :
+       {FlightThread::kCommand, FlightThread::kImu, FlightThread::kCamera, FlightThread::kRange, FlightThread::kTick,
+        FlightThread::kNav, FlightThread::kLog}) {
     p.stops[index(thread)].store(true, std::memory_order_release);
     p.clock(thread).wake();
     p.threads[index(thread)].join();
@@ -326,7 +325,8 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
     std::snprintf(line, sizeof line, "job %-9s runs %8llu, mean %6.0f us, longest %7.0f us, overruns %llu, slips %llu",
                   kFlightSchedule[job].name.data(), static_cast<unsigned long long>(account.runs()),
                   1e6 * account.mean().seconds(), 1e6 * account.max().seconds(),
-                  static_cast<unsigned long long>(account.overruns()), static_cast<unsigned long long>(account.slips()));
+                  static_cast<unsigned long long>(account.overruns()),
+                  static_cast<unsigned long long>(account.slips()));
     summary.lines.emplace_back(line);
   }
   describe_devices(summary);
@@ -343,14 +343,14 @@ void FlightProcess::Parts::describe(FlightSummary& summary) const {
                   static_cast<unsigned long long>(sensor_rings().commands.overflows()));
     summary.lines.emplace_back(line);
     if (const FaultCounter& failures = command->failures(); failures > 0) {
-      summary.lines.push_back("channel COMMAND: LCM failed " + std::to_string(failures.count) + " times, the last: " +
-                              std::strerror(static_cast<int>(failures.value)));
+      summary.lines.push_back("channel COMMAND: LCM failed " + std::to_string(failures.count) +
+                              " times, the last: " + std::strerror(static_cast<int>(failures.value)));
     }
   }
   for (const RealtimeThread& thread : threads) {
     if (thread.options().name[0] == '\0') continue;
-    std::snprintf(line, sizeof line, "thread %-7s stack used %zu of %zu bytes, page faults %ld",
-                  thread.options().name, thread.stack_used(), thread.options().stack_bytes, thread.page_faults());
+    std::snprintf(line, sizeof line, "thread %-7s stack used %zu of %zu bytes, page faults %ld", thread.options().name,
+                  thread.stack_used(), thread.options().stack_bytes, thread.page_faults());
     summary.lines.emplace_back(line);
   }
 }
@@ -366,8 +366,8 @@ void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
   }
   for (const LcmSink* lcm : {tick_lcm.get(), nav_lcm.get()}) {
     if (lcm == nullptr || lcm->lost() == 0) continue;
-    summary.lines.push_back("telemetry: " + std::to_string(lcm->lost()) + " messages lost, the last: " +
-                            std::strerror(lcm->last_error()));
+    summary.lines.push_back("telemetry: " + std::to_string(lcm->lost()) +
+                            " messages lost, the last: " + std::strerror(lcm->last_error()));
   }
 }
 

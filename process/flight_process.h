@@ -36,8 +36,8 @@ class FlightProcess {
   void open(std::vector<std::string>& faults);
   /// Starts every thread. What the system does not permit is added to `warnings`. False: it cannot fly.
   bool start(std::vector<std::string>& warnings);
-  /// Waits at most `timeout`, or until `stopped`, for every device to say something, and tells in `lines` what each has said. False: one
-  /// without which nothing flies, IMU or camera, is silent.
+  /// Waits at most `timeout`, or until `stopped`, for every device to say something, and tells in `lines` what each has
+  /// said. False: one without which nothing flies, IMU or camera, is silent.
   bool self_test(Duration timeout, const std::function<bool()>& stopped, std::vector<std::string>& lines);
   /// Every thread's count of turns.
   const ProgressBoard& progress() const;

@@ -16,8 +16,9 @@ std::string free_name(const std::string& name) {
   constexpr int kMostFlights = 10'000;
   for (int number = 0; number < kMostFlights; ++number) {
     const fs::path candidate =
-        number == 0 ? path
-                    : path.parent_path() / (path.stem().string() + "-" + std::to_string(number) + path.extension().string());
+        number == 0
+            ? path
+            : path.parent_path() / (path.stem().string() + "-" + std::to_string(number) + path.extension().string());
     if (!fs::exists(candidate)) return candidate.string();
   }
   return name;

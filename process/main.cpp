@@ -1,6 +1,6 @@
 // plumb-fsw: the flight software on a board. Exit code 0 stopped in order, 1 it could not fly or the log is not whole,
-// 2 a fault of the configuration, 3 a device without which nothing flies says nothing, 4 a device or the place of the log
-// cannot be opened.
+// 2 a fault of the configuration, 3 a device without which nothing flies says nothing, 4 a device or the place of the
+// log cannot be opened.
 
 #include <unistd.h>
 
@@ -33,7 +33,7 @@ constexpr int kExitBadInput = 2;
 constexpr int kExitSilent = 3;
 constexpr int kExitNotThere = 4;
 
-constexpr double kLongestFlight_s = 1e8;  // three years
+constexpr double kLongestFlight_s = 1e8;                   // three years
 constexpr Duration kSelfTest = Duration::from_ms(10'000);  // a STIM300 may take 5 s to start
 
 struct Arguments {
@@ -72,7 +72,8 @@ sigset_t stop_signals() {
 bool stop_is_asked() {
   sigset_t pending;
   sigpending(&pending);
-  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 || sigismember(&pending, SIGHUP) == 1;
+  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 ||
+         sigismember(&pending, SIGHUP) == 1;
 }
 
 // Until a signal, or until the time is over; 0: for ever. Meanwhile looks after the threads.
@@ -151,7 +152,8 @@ int main_of(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   Arguments arguments;
   CLI::App app("Flies with the devices of this board until it is told to stop (SIGINT, SIGTERM).", "plumb-fsw");
-  CLI::Option* config = app.add_option("config", arguments.config, "YAML file with devices, calibration and parameters");
+  CLI::Option* config =
+      app.add_option("config", arguments.config, "YAML file with devices, calibration and parameters");
   app.add_option("--log", arguments.log, "LCM event log to write, in place of the configuration's");
   app.add_flag("--dry-run", arguments.dry_run, "check the configuration, name every fault of it, touch no device");
   app.add_flag("--schedule", arguments.schedule, "print the schedule as a table, and end");

@@ -32,7 +32,8 @@ std::string milliseconds(Duration time) {
 
 std::string schedule_page() {
   std::string page =
-      "| job | where | every | from tick | budget | result counts | reads | writes |\n|---|---|---|---|---|---|---|---|\n";
+      "| job | where | every | from tick | budget | result counts | reads | writes "
+      "|\n|---|---|---|---|---|---|---|---|\n";
   for (const Job& job : kFlightSchedule) {
     page += "| " + std::string(job.name) + " | " + (job.thread == Thread::kTick ? "tick" : "own thread") + " | " +
             milliseconds(kTickPeriod * job.period_ticks) + " | " + std::to_string(job.offset_ticks) + " | " +

@@ -7,7 +7,8 @@ namespace {
 
 std::string words_of(SentWhen when, const Job& job) {
   switch (when) {
-    case SentWhen::kEachRun: return "every " + std::to_string((kTickPeriod * job.period_ticks).ns() / 1'000'000) + " ms";
+    case SentWhen::kEachRun:
+      return "every " + std::to_string((kTickPeriod * job.period_ticks).ns() / 1'000'000) + " ms";
     case SentWhen::kEachSample: return "each IMU sample";
     case SentWhen::kEachImage: return "each processed image";
     case SentWhen::kOnChange: return "on change";
@@ -18,8 +19,9 @@ std::string words_of(SentWhen when, const Job& job) {
 
 std::string row_of(const SentRecord& sent) {
   const Job& job = kFlightSchedule[sent.job];
-  return "| `" + std::string(sent.channel) + "` | `" + std::string(sent.type) + "` | " + words_of(sent.when, job) + " | " +
-         std::string(job.name) + " | " + (sent.published ? "yes" : "no") + " | " + (sent.logged ? "yes" : "no") + " |\n";
+  return "| `" + std::string(sent.channel) + "` | `" + std::string(sent.type) + "` | " + words_of(sent.when, job) +
+         " | " + std::string(job.name) + " | " + (sent.published ? "yes" : "no") + " | " +
+         (sent.logged ? "yes" : "no") + " |\n";
 }
 
 }  // namespace

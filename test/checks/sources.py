@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-CPP_FOLDERS = ("fsw", "drivers", "hal", "test", "tools")
+CPP_FOLDERS = ("config", "drivers", "fsw", "hal", "process", "test", "tools")
 CPP_SUFFIXES = (".h", ".inl", ".cpp")
 
 
