@@ -234,7 +234,7 @@ std::array<FaultCounter, kCameraFaults.size()> CameraTask::faults() const {
 
 void CameraTask::accept(const CameraFrame& frame) {
   if (frame.image.width != width_ || frame.image.height != height_) {
-    counters_.wrong_size.add(std::int64_t{frame.image.width} << 32U | frame.image.height);
+    counters_.wrong_size.add(value_pair(frame.image.width, frame.image.height));
     return;
   }
   if (is_repeated(frame)) {

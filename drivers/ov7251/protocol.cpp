@@ -101,7 +101,7 @@ std::uint32_t Protocol::frames_since_last(const PortFrame& frame) const {
 
 Result<CameraFrame> Protocol::on_frame(const PortFrame& frame) {
   if (frame.image.width != kWidth || frame.image.height != kHeight) {
-    counters_.wrong_size.add(std::int64_t{frame.image.width} << 32U | frame.image.height);
+    counters_.wrong_size.add(value_pair(frame.image.width, frame.image.height));
     return Status::kRejected;
   }
   frame_exposure_ = exposure_of(frame);

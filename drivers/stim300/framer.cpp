@@ -89,8 +89,8 @@ bool Framer::take(std::size_t size, Frame& frame) {
 
 void Framer::on_wrong_checksum(std::size_t size) {
   const std::span<const std::uint8_t> failed(bytes_.data() + begin_, size);
-  const std::uint64_t right = checksum(failed.first(size - kChecksumBytes));
-  counters_.checksum_errors.add(static_cast<std::int64_t>(std::uint64_t{checksum_told(failed)} << 32U | right));
+  const std::uint32_t right = checksum(failed.first(size - kChecksumBytes));
+  counters_.checksum_errors.add(value_pair(checksum_told(failed), right));
 }
 
 void Framer::skip(std::size_t count) {

@@ -5,6 +5,11 @@
 
 namespace plumb {
 
+/// Two numbers as one value, the first in the upper 32 bits.
+constexpr std::int64_t value_pair(std::uint32_t first, std::uint32_t second) {
+  return static_cast<std::int64_t>(std::uint64_t{first} << 32U | second);
+}
+
 struct FaultCounter {
   std::uint64_t count = 0;
   std::int64_t value = 0;  ///< the wrong one of the last time; 0 where there is none to tell

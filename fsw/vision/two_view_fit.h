@@ -1,7 +1,8 @@
 #pragma once
 // What the matches of two images say of how the camera turned and moved: costs of a direction, and the normal equations
 // of a small rotation alone or with the direction of the translation. Matches are worked out several at a time, one to
-// a lane, and summed one after the other, so that the number of lanes does not show in the bits.
+// a lane. Sums go over every second match, those of costs over every fourth, on every machine, so that the width of its
+// vectors does not show in the bits.
 
 #include <array>
 #include <cstddef>

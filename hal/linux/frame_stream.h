@@ -28,7 +28,7 @@ class FrameStream {
   /// `told`: by an image of another size, of whose pixels nothing is looked at.
   void on_malformed(std::size_t bytes, const ImageView& told = {}) {
     const bool tells = told.width != 0 || told.height != 0;
-    health_.malformed.add(tells ? std::int64_t{told.width} << 32U | told.height : static_cast<std::int64_t>(bytes));
+    health_.malformed.add(tells ? value_pair(told.width, told.height) : static_cast<std::int64_t>(bytes));
   }
   /// Counts the frame, taken at `now`. `on_flight_clock`: the source says that `frame.t` is by the flight clock; where
   /// that cannot be, `now` takes its place.

@@ -38,6 +38,7 @@ if [[ $$ != 1 ]]; then
   trap 'rm -rf "$work"' EXIT
   { printf 'cd %q && ' "$PWD" && printf '%q ' "$@"; } >"$work/command"
   # Its memory is a file that it runs. On a disk the system would keep writing it there, and hold the kernel up.
+  # Where there is no /dev/shm, or no room in it, the disk has to do.
   ram=$(mktemp -d /dev/shm/plumb_uml_XXXXXX 2>/dev/null) && trap 'rm -rf "$work" "$ram"' EXIT
   room=$(df --output=avail -B1 /dev/shm 2>/dev/null | tail -1)
   [[ -n $ram && ${room:-0} -gt $(numfmt --from=iec "$memory") ]] && cp /bin/true "$ram" && "$ram/true" || ram=$work
