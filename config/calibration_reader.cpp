@@ -80,6 +80,7 @@ void read_distortion(const YamlFile& yaml, const char* key, CameraCalibration& c
     camera.distortion = Distortion::kNone;
     return;
   } else {
+    static_cast<void>(yaml.has(key));  // that is no unknown key then
     yaml.fail("distortion_model", "expected radial-tangential, equidistant, fov or none");
   }
   const std::vector<double> values = yaml.numbers(key, count);

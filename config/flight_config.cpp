@@ -1,5 +1,6 @@
 #include "config/flight_config.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -35,20 +36,18 @@ class Reader {
     if (file_.has("range")) range = section("range");
     if (range) read_range_section(*range);
     setup_.parameters.estimator.range.enabled = range.has_value();
-    const std::size_t faults_before = faults_.size();
     if (file_.has("parameters")) {
       if (const auto parameters = section("parameters")) read_parameters(*parameters, setup_.parameters, steps_);
     }
-    const bool has_parameters = faults_.size() == faults_before;
     if (file_.has("threads")) {
       if (const auto threads = section("threads")) read_threads(*threads);
     }
     if (imu) refuse_unknown(*imu);
     if (camera) refuse_unknown(*camera);
     // The keys of a range finder are asked for by its kind.
-    if (range && setup_.range.kind != RangeDevice::kNone) refuse_unknown(*range);
+    if (range && (range->has("i2c") || range->has("can"))) refuse_unknown(*range);
     refuse_unknown(file_);
-    if (setup_.calibration.camera.width > 0) check_whole(has_parameters);
+    if (setup_.calibration.camera.width > 0) check_whole();
     return setup_;
   }
 
@@ -221,32 +220,37 @@ class Reader {
 
   void read_range_section(const YamlFile& yaml) {
     RangeSetup& range = setup_.range;
+    const bool lidar_lite = yaml.has("i2c");
+    const bool can = yaml.has("can");
     steps_([&] {
-      const bool lidar_lite = yaml.has("i2c");
-      if (lidar_lite == yaml.has("can")) yaml.fail("i2c", "expected either i2c or can");
+      if (lidar_lite == can) yaml.fail("i2c", "expected either i2c or can");
       range.kind = lidar_lite ? RangeDevice::kLidarLite : RangeDevice::kCan;
       range.device = yaml.text(lidar_lite ? "i2c" : "can");
     });
-    if (range.kind == RangeDevice::kLidarLite) {
-      steps_([&] {
-        const std::string model = yaml.text("model");
-        if (model == "v3")
-          range.lidar_lite.model = lidar_lite::Model::kV3;
-        else if (model == "v3hp")
-          range.lidar_lite.model = lidar_lite::Model::kV3Hp;
-        else if (model == "v4led")
-          range.lidar_lite.model = lidar_lite::Model::kV4Led;
-        else
-          yaml.fail("model", "expected v3, v3hp or v4led");
-      });
-      steps_([&] { range.lidar_lite.period = milliseconds(yaml, "period_ms", 40.0); });
-      steps_([&] {
-        if (range.lidar_lite.period < lidar_lite::kMinPeriod) yaml.fail("period_ms", "expected at least 10 ms");
-      });
-    } else if (range.kind == RangeDevice::kCan) {
-      read_can_range(yaml);
-    }
+    if (can) read_can_range(yaml);
+    if (lidar_lite) read_lidar_lite(yaml, !can);
     read_range_finder(yaml, setup_.calibration, setup_.parameters, steps_);
+  }
+
+  /// `alone`: no other device stands beside it, of which there can be only one.
+  void read_lidar_lite(const YamlFile& yaml, bool alone) {
+    lidar_lite::Options& options = setup_.range.lidar_lite;
+    steps_([&] {
+      if (!alone && !yaml.has("model")) return;
+      const std::string model = yaml.text("model");
+      if (model == "v3")
+        options.model = lidar_lite::Model::kV3;
+      else if (model == "v3hp")
+        options.model = lidar_lite::Model::kV3Hp;
+      else if (model == "v4led")
+        options.model = lidar_lite::Model::kV4Led;
+      else
+        yaml.fail("model", "expected v3, v3hp or v4led");
+    });
+    steps_([&] { options.period = milliseconds(yaml, "period_ms", 40.0); });
+    steps_([&] {
+      if (options.period < lidar_lite::kMinPeriod) yaml.fail("period_ms", "expected at least 10 ms");
+    });
   }
 
   void read_can_range(const YamlFile& yaml) {
@@ -332,8 +336,8 @@ class Reader {
     camera.fail(kalibr ? "kalibr" : "resolution", (kalibr ? "the resolution in it: " : "") + message);
   }
 
-  /// What each part cannot see by itself. `has_parameters`: without a fault of their own.
-  void check_whole(bool has_parameters) {
+  /// What each part cannot see by itself.
+  void check_whole() {
     const CameraCalibration& camera = setup_.calibration.camera;
     steps_([&] {
       if (setup_.camera.is_ov7251 && (camera.width != ov7251::kWidth || camera.height != ov7251::kHeight)) {
@@ -347,10 +351,11 @@ class Reader {
                         std::to_string(FlightConfig::kMaxImageHeight));
       }
     });
-    if (!has_parameters) return;
-    const auto conflicts = conflicts_in(setup_.parameters);
-    for (const char* conflict : conflicts) faults_.push_back(file_.name() + ": " + conflict);
-    if (conflicts.empty() && !ok(TrackerOptions::check(setup_.parameters.tracker, camera, FlightConfig::kMaxTracks))) {
+    for (const char* conflict : conflicts_in(setup_.parameters)) {
+      const std::string fault = file_.name() + ": " + conflict;
+      if (std::find(faults_.begin(), faults_.end(), fault) == faults_.end()) faults_.push_back(fault);
+    }
+    if (!TrackerOptions::has_room(setup_.parameters.tracker, camera)) {
       faults_.push_back(file_.name() + ": " + kTrackerNeedsRoom);
     }
   }

@@ -1,5 +1,6 @@
 #include "fsw/vision/tracker_options.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumb {
@@ -12,6 +13,13 @@ bool within(std::int32_t value, std::int32_t low, std::int32_t high) { return va
 bool positive(double value) { return std::isfinite(value) && value > 0.0; }
 
 }  // namespace
+
+bool TrackerOptions::has_room(const TrackerOptions& options, const CameraCalibration& calibration) {
+  const std::int32_t inner_width_px = calibration.width - 2 * (options.border_px + 1);
+  const std::int32_t inner_height_px = calibration.height - 2 * (options.border_px + 1);
+  return inner_width_px >= std::max(options.tile_columns, options.window_px) &&
+         inner_height_px >= std::max(options.tile_rows, options.window_px);
+}
 
 Status TrackerOptions::check(const TrackerOptions& options, const CameraCalibration& calibration,
                              std::size_t max_tracks) {
@@ -36,11 +44,7 @@ Status TrackerOptions::check(const TrackerOptions& options, const CameraCalibrat
   }
   if (!(options.min_similarity > 0.0 && options.min_similarity < 1.0)) return Status::kInvalidValue;
   if (!positive(options.max_correction_px)) return Status::kInvalidValue;
-  const std::int32_t inner_width_px = calibration.width - 2 * (options.border_px + 1);
-  const std::int32_t inner_height_px = calibration.height - 2 * (options.border_px + 1);
-  if (inner_width_px < options.tile_columns || inner_height_px < options.tile_rows) return Status::kInvalidValue;
-  if (inner_width_px < options.window_px || inner_height_px < options.window_px) return Status::kInvalidValue;
-  return Status::kOk;
+  return has_room(options, calibration) ? Status::kOk : Status::kInvalidValue;
 }
 
 }  // namespace plumb

@@ -45,7 +45,9 @@ struct TrackerOptions {
   static constexpr std::int32_t kMaxPyramidLevels = 6;
   static constexpr std::int32_t kMaxWindow_px = 21;  ///< so that sums over a patch fit in 32 bits, see grey_samples.h
 
-  /// kInvalidValue when a setting is out of its range, or the image too small for border, tiles or patch.
+  /// Whether the image is large enough for border, tiles and patch.
+  static bool has_room(const TrackerOptions& options, const CameraCalibration& calibration);
+  /// kInvalidValue when a setting is out of its range, or has_room() does not hold.
   static Status check(const TrackerOptions& options, const CameraCalibration& calibration, std::size_t max_tracks);
 };
 

@@ -129,5 +129,25 @@ TEST(AcceptedParameters, AnyTogetherAreFlown) {
   EXPECT_GT(used, 20);
 }
 
+// conflicts_in() and has_room() are told to the user, TrackerOptions::check() is what the tracker asserts: nothing may
+// fall between them.
+TEST(AcceptedParameters, ATrackerOfFittingPartsWithRoomIsTaken) {
+  const CameraCalibration lens = test::small_lens();
+  int taken = 0;
+  test::for_all(2000, [&](test::Generator& g) {
+    Parameters parameters;
+    for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+      if (g.integer(0, 2) > 0) continue;
+      const double value =
+          row.kind == ParamKind::kReal ? g.uniform(row.min, row.max) : std::round(g.uniform(row.min, row.max));
+      ASSERT_EQ(parameter_table().set(parameters, row.name, value).status, Status::kOk);
+    }
+    if (!conflicts_in(parameters).empty() || !TrackerOptions::has_room(parameters.tracker, lens)) return;
+    EXPECT_EQ(TrackerOptions::check(parameters.tracker, lens, FlightConfig::kMaxTracks), Status::kOk);
+    ++taken;
+  });
+  EXPECT_GT(taken, 20);
+}
+
 }  // namespace
 }  // namespace plumb

@@ -313,8 +313,24 @@ TEST(FlightConfig, EachPairOfParametersThatDoesNotFitIsTold) {
   EXPECT_EQ(faults.size(), 3U) << testing::PrintToString(faults);
   EXPECT_TRUE(names(faults_of(with_all({{"[640, 480]", "[40, 40]"},
                                         {"[400, 410, 319.5, 239.5]", "[40, 41, 19.5, 19.5]"},
-                                        {"vision.pixel_noise: 0.8", "tracker.border: 18"}})),
+                                        {"vision.pixel_noise: 0.8", "tracker.border: 18\n  tracker.window: 12"}})),
                     "too little of the image"));
+}
+
+TEST(FlightConfig, TwoRangeFindersHideNoFaultOfEither) {
+  const std::vector<std::string> faults =
+      faults_of(with("own_node_id: 21", "own_node_id: 0\n  i2c: /dev/i2c-1\n  period_ms: 5\n  latency_ms: -1"));
+  for (const char* what : {"expected either i2c or can", "'range.own_node_id': expected 1 to 127",
+                           "'range.latency_ms': expected 0 to 1000", "'range.period_ms': expected at least 10 ms"}) {
+    EXPECT_TRUE(names(faults, what)) << what;
+  }
+  EXPECT_EQ(faults.size(), 4U) << testing::PrintToString(faults);
+}
+
+TEST(FlightConfig, AMisspelledLensMakesItsCoefficientsNoUnknownKey) {
+  const std::vector<std::string> faults =
+      faults_of(with("distortion_model: none", "distortion_model: fisheyes\n  distortion_coefficients: [0, 0, 0, 0]"));
+  EXPECT_EQ(faults.size(), 1U) << testing::PrintToString(faults);
 }
 
 // `range:` with nothing below it would fly without ranges.
