@@ -76,7 +76,6 @@ struct FlightProcess::Parts {
   struct LogTask {
     LogWriter& writer;
     Clock& clock;
-    const LcmLogWriter* file;  ///< null: the flight is not logged
     DeviceFaultReport<kLogFaults.size()> report{FaultyDevice::kLog, sensor_rings().log_faults};
     void run_once() {
       constexpr Duration kPeriod = Duration::from_ms(10);
@@ -85,9 +84,7 @@ struct FlightProcess::Parts {
       report.look(now, faults());
       clock.wait_until(clock.now() + kPeriod);
     }
-    std::array<FaultCounter, kLogFaults.size()> faults() const {
-      return {writer.dropped(), {writer.refused(), file == nullptr ? 0 : file->error()}};
-    }
+    std::array<FaultCounter, kLogFaults.size()> faults() const { return {writer.dropped(), writer.refused()}; }
   };
 
   static constexpr std::size_t kStackBytes = std::size_t{128} << 10;
@@ -202,7 +199,7 @@ void FlightProcess::Parts::put_together() {
                 kImageHeaderBytes + FlightConfig::kMaxImageWidth * FlightConfig::kMaxImageHeight);
   LogSink& file = log_file == nullptr ? static_cast<LogSink&>(no_sink) : *log_file;
   writer.emplace(file, std::vector{&imu_log.log, &range_log.log, &camera_log.log, &nav_log.log}, tick_log.log);
-  log_task.emplace(*writer, clock(FlightThread::kLog), log_file.get());
+  log_task.emplace(*writer, clock(FlightThread::kLog));
   SensorRings& rings = sensor_rings();
   NavLink& link = nav_link();
   Clock& tick_clock = clock(FlightThread::kTick);
@@ -361,8 +358,8 @@ void FlightProcess::Parts::describe_devices(FlightSummary& summary) const {
   if (lidar_lite) summary.lines.push_back(fault_line(FaultyDevice::kLidarLite, lidar_lite->faults()));
   if (can_range) summary.lines.push_back(fault_line(FaultyDevice::kCanRange, can_range->faults()));
   summary.lines.push_back(fault_line(FaultyDevice::kLog, log_task->faults()));
-  if (log_file != nullptr && log_file->error() != 0) {
-    summary.lines.push_back("the log ends before the flight: " + std::string(std::strerror(log_file->error())));
+  if (log_file != nullptr && log_file->last_error() != 0) {
+    summary.lines.push_back("the log ends before the flight: " + std::string(std::strerror(log_file->last_error())));
   }
   for (const LcmSink* lcm : {tick_lcm.get(), nav_lcm.get()}) {
     if (lcm == nullptr || lcm->lost() == 0) continue;

@@ -15,6 +15,8 @@ class LogSink {
   /// Appends one encoded message with its time; `message` may be reused as soon as the call returns. kRejected when it
   /// could not be written (a full disk): the log is then incomplete.
   virtual Status write(const char* channel, Time t, std::span<const std::uint8_t> message) = 0;
+  /// The system's error number (errno) of the last write that failed; 0 when none has, or the system was not asked.
+  virtual int last_error() const = 0;
 };
 
 }  // namespace plumb

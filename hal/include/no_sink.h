@@ -10,6 +10,7 @@ class NoSink final : public TelemetrySink, public LogSink {
  public:
   Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kOk; }
   Status write(const char*, Time, std::span<const std::uint8_t>) override { return Status::kOk; }
+  int last_error() const override { return 0; }
 };
 
 }  // namespace plumb

@@ -16,6 +16,7 @@ class QueuedLog final : public LogSink {
   Status write(const char* channel, Time t, std::span<const std::uint8_t> message) override {
     return ring_.push(channel, t, message);
   }
+  int last_error() const override { return 0; }
 
   const char* name() const { return name_; }
   RecordRing& ring() { return ring_; }

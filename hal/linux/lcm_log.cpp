@@ -50,7 +50,7 @@ Status LcmLogWriter::write(const char* channel, Time t, std::span<const std::uin
 Status LcmLogWriter::flush() { return std::fflush(log_->f) == 0 && std::ferror(log_->f) == 0 ? Status::kOk : failed(); }
 
 Status LcmLogWriter::failed() {
-  if (error_ == 0) error_ = errno;
+  if (last_error_ == 0) last_error_ = errno;
   return Status::kRejected;
 }
 

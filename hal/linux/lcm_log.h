@@ -26,14 +26,14 @@ class LcmLogWriter final : public LogSink {
   Status write(const char* channel, Time t, std::span<const std::uint8_t> message) override;
   /// Hands everything to the operating system. kRejected: not all of it could be written.
   Status flush();
-  /// The system's error number (errno) of the first write that failed; 0 when none has.
-  int error() const { return error_; }
+  /// Of the first write that failed, which is the last one that was tried.
+  int last_error() const override { return last_error_; }
 
  private:
   explicit LcmLogWriter(lcm_eventlog_t* log) : log_(log) {}
   Status failed();
   lcm_eventlog_t* log_;
-  int error_ = 0;
+  int last_error_ = 0;
 };
 
 /// One message of a log. Valid until the next read.

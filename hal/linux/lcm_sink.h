@@ -24,8 +24,7 @@ class LcmSink final : public TelemetrySink {
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
   /// Messages that the transport refused.
   std::uint64_t lost() const { return lost_; }
-  /// The system's error number (errno) of the last of them; 0 when there is none.
-  int last_error() const { return last_error_; }
+  int last_error() const override { return last_error_; }
 
   /// The connection, for a subscriber in the same process ("memq://").
   lcm_t* handle() { return lcm_; }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "fsw/base/fault_counter.h"
 #include "hal/include/log_sink.h"
 #include "hal/include/queued_log.h"
 
@@ -25,8 +26,8 @@ class LogWriter {
   std::uint64_t written() const { return written_; }
   /// Records that their queue had no room for.
   std::uint64_t dropped() const;
-  /// Records that the file did not take.
-  std::uint64_t refused() const { return refused_; }
+  /// Records that the file did not take. Value: the system's reason (errno).
+  FaultCounter refused() const { return {refused_, file_.last_error()}; }
 
  private:
   struct Queue {

@@ -52,6 +52,7 @@ class Observer final : public TelemetrySink {
   /// stamped.
   void set_now(double t_s) { now_s_ = t_s; }
   Status publish(const char* channel, std::span<const std::uint8_t> message) override;
+  int last_error() const override { return 0; }
 
   const SeenFlight& seen() const { return seen_; }
   void forget() {

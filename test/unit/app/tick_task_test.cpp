@@ -19,6 +19,7 @@ class CountingSink final : public TelemetrySink, public LogSink {
     ++written[channel];
     return Status::kFull;
   }
+  int last_error() const override { return 0; }
   std::map<std::string, int> written;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <memory>
 #include <string>
 #include <thread>
@@ -25,6 +26,7 @@ class MemoryFile final : public LogSink {
     records.push_back({.channel = channel, .bytes = {message.begin(), message.end()}});
     return Status::kOk;
   }
+  int last_error() const override { return full ? ENOSPC : 0; }
   bool full = false;
   std::vector<Written> records;
 };
@@ -120,11 +122,12 @@ TEST_F(LogWriterTest, MarksWhatHadNoRoom) {
   EXPECT_EQ(writer_.dropped(), dropped);
 }
 
-TEST_F(LogWriterTest, AFullDiskIsCountedAndSurvived) {
+TEST_F(LogWriterTest, AFullDiskIsCountedWithItsReasonAndSurvived) {
   file_.full = true;
   write(device_, "RAW", 1);
   writer_.drain(Time());
   EXPECT_EQ(writer_.refused(), 1U);
+  EXPECT_EQ(writer_.refused().value, ENOSPC);
   EXPECT_EQ(writer_.dropped(), 0U);
 }
 

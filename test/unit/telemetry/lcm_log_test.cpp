@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <vector>
@@ -88,6 +89,21 @@ TEST_F(LcmLog, TellsDamageThatLcmPassesOver) {
   ASSERT_NE(reader, nullptr) << error;
   LogEvent event;
   EXPECT_EQ(reader->next(event), Status::kInvalidValue);
+}
+
+TEST_F(LcmLog, KeepsTheReasonOfTheFirstWriteThatFailed) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  std::string error;
+  const std::unique_ptr<LcmLogWriter> writer = LcmLogWriter::open("/dev/full", error);
+  ASSERT_NE(writer, nullptr) << error;
+  EXPECT_EQ(writer->write("ONE", Time(), first_), Status::kOk) << "it waits in the buffer";
+  EXPECT_EQ(writer->last_error(), 0);
+  EXPECT_EQ(writer->flush(), Status::kRejected);
+  EXPECT_EQ(writer->last_error(), ENOSPC);
+  errno = EINTR;
+  EXPECT_EQ(writer->write("TWO", Time(), second_), Status::kRejected);
+  EXPECT_EQ(writer->flush(), Status::kRejected);
+  EXPECT_EQ(writer->last_error(), ENOSPC);
 }
 
 TEST_F(LcmLog, SaysWhyAFileCannotBeOpened) {

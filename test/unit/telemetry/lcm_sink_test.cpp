@@ -122,6 +122,7 @@ TEST(LcmSink, SaysWhyAUrlIsOfNoUse) {
 class RefusingSink final : public TelemetrySink {
  public:
   Status publish(const char*, std::span<const std::uint8_t>) override { return Status::kRejected; }
+  int last_error() const override { return 0; }
 };
 
 TEST(Publisher, CountsWhatIsLost) {
