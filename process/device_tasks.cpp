@@ -82,6 +82,7 @@ void LidarLiteTask::run_once() {
     static_cast<void>(rings_.range.push(*sample));
     count(samples_);
   }
+  away_.look(bus_.is_gone(), bus_.last_error());
   report_.look(now, faults());
   clock_.wait_until(device_.wake());
 }
@@ -89,8 +90,9 @@ void LidarLiteTask::run_once() {
 std::array<FaultCounter, kLidarLiteFaults.size()> LidarLiteTask::faults() const {
   const lidar_lite::Counters& unit = device_.counters();
   const FaultCounter not_acknowledged(unit.not_acknowledged, bus_.last_error());
-  return {unit.not_ready, not_acknowledged, unit.busy_timeouts,      unit.stuck, unit.wrong_model, unit.verify_failures,
-          unit.resets,    unit.late,        rings_.range.overflows()};
+  return {unit.not_ready,           not_acknowledged,     unit.busy_timeouts, unit.stuck,
+          unit.wrong_model,         unit.verify_failures, unit.resets,        unit.late,
+          rings_.range.overflows(), away_.counter()};
 }
 
 CanRangeTask::CanRangeTask(CanSocket& socket, const RangeSetup& setup, SensorRings& rings, Clock& clock, LogSink& log)

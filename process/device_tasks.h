@@ -86,6 +86,7 @@ class LidarLiteTask {
   SensorRings& rings_;
   Clock& clock_;
   std::atomic<std::uint64_t> samples_{0};
+  AwayCounter away_;
   DeviceFaultReport<kLidarLiteFaults.size()> report_{FaultyDevice::kLidarLite, rings_.range_faults};
 };
 

@@ -56,6 +56,7 @@ class RecordingI2cBus final : public I2cBus {
     const Time start = clock_.now();
     return record(bus_.read(address, bytes), start, address, true, bytes);
   }
+  bool is_gone() const override { return bus_.is_gone(); }
   int last_error() const override { return bus_.last_error(); }
 
  private:

@@ -106,7 +106,7 @@ inline constexpr std::array<FaultRow, 11> kCameraFaults{{
     {"gone", FaultValue::kSystemError},
 }};
 
-inline constexpr std::array<FaultRow, 9> kLidarLiteFaults{{
+inline constexpr std::array<FaultRow, 10> kLidarLiteFaults{{
     /// distances with the top bit set; value: distance registers
     {"not_ready", FaultValue::kBits},
     /// transfers that failed; value: the system's reason (errno)
@@ -125,6 +125,9 @@ inline constexpr std::array<FaultRow, 9> kLidarLiteFaults{{
     {"late", FaultValue::kNumber},
     /// ranges for which the ring to the tick had no room
     {"overflows"},
+    /// times that the adapter of the bus went away, or was still away for another reason than before; value: the
+    /// system's reason (errno)
+    {"gone", FaultValue::kSystemError},
 }};
 
 inline constexpr std::array<FaultRow, 17> kCanRangeFaults{{

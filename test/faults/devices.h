@@ -182,6 +182,7 @@ class SimulatedLidarLite final : public I2cBus {
 
   Result<Time> write(std::uint8_t address, std::span<const std::uint8_t> bytes) override;
   Result<Time> read(std::uint8_t address, std::span<std::uint8_t> bytes) override;
+  bool is_gone() const override { return false; }
   int last_error() const override;
 
  private:

@@ -154,15 +154,16 @@ void EmulatedVehicle::show_to_client(int& client, std::size_t index, std::int64_
   }
 }
 
-// The unit measures when it is asked to, what it was told last.
+// The unit measures when it is asked to, what it was told last. It is pulled out with the adapter of its bus.
 void EmulatedVehicle::measure_on_i2c(const std::stop_token& stop) {
-  bool was_away = false;
   for (std::int64_t i = 0; !stop.stop_requested(); ++i) {
     sleep_until(t_start_ns_ + i * kRangePeriod_ns / 2);
+    if (is_away(VehicleDevice::kRange)) {
+      lidar_lite_.reset();
+      continue;
+    }
+    if (lidar_lite_ == nullptr) lidar_lite_ = std::make_unique<LidarLiteServed>(interfaces_.lidar_lite, "v3");
     lidar_lite_->set("range_m " + std::to_string(flight_.height_m(1e-9 * static_cast<double>(now_ns()))));
-    const bool is_away_now = is_away(VehicleDevice::kRange);
-    if (is_away_now != was_away) lidar_lite_->set(is_away_now ? "dead 1" : "dead 0");
-    was_away = is_away_now;
   }
 }
 

@@ -4,6 +4,7 @@ back and, by tools/test --arm64, flies a log again and flies by what plumb-hil p
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -176,6 +177,11 @@ def _silences(log: Log) -> dict[str, tuple[int, int]]:
 def test_each_device_that_is_pulled_is_missed_and_heard_again(flown: Flown) -> None:
     assert _silences(Log(flown.out / "flight.lcm")).keys() == set(SENSORS)
     assert _silences(Log(flown.out / "can.lcm")).keys() == {"range"}
+
+
+def test_an_adapter_that_went_with_its_device_is_told(flown: Flown) -> None:
+    faults = re.search("faults of the LIDAR-Lite: .*", (flown.out / "flight.txt").read_text())
+    assert faults is not None and "gone 1 (last: No such file or directory)" in faults[0]
 
 
 @pytest.mark.parametrize("name, sensor", [("flight.lcm", "camera"), ("flight.lcm", "range"), ("can.lcm", "range")])

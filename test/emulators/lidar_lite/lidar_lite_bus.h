@@ -25,6 +25,7 @@ class LidarLiteBus final : public I2cBus {
     spend(bytes.size());
     return outcome(device_.read(address, bytes, now_.ns()));
   }
+  bool is_gone() const override { return false; }
   int last_error() const override { return last_error_; }
 
  private:

@@ -29,6 +29,7 @@ class TracedBus final : public I2cBus {
     if (stop) note("i2c_reply: i2c-1 #0 a=%s f=0001 l=%zu [%s]", address, bytes);
     return finish(stop);
   }
+  bool is_gone() const override { return bus_.is_gone(); }
   int last_error() const override { return bus_.last_error(); }
   void add(const std::string& line) { text_ += line + "\n"; }
   const std::string& text() const { return text_; }

@@ -8,7 +8,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/lidar_lite/device.h"
@@ -81,6 +83,29 @@ TEST(KernelI2cBus, MeasuresThroughARealDevice) {
     ASSERT_EQ(again.size(), 3U);
     EXPECT_NEAR(again.back().range_m, 3.21, 1e-9);
   }
+}
+
+// As an adapter on USB that is pulled out and put back.
+TEST(KernelI2cBus, MeasuresAgainWhenTheAdapterIsBack) {
+  PLUMB_NEEDS_KERNEL("CUSE (module cuse)");
+  std::optional<LidarLiteServed> served(std::in_place, PLUMB_LIDAR_LITE_CUSE, "v3");
+  served->set("range_m 7.65");
+  std::string error;
+  const auto bus = LinuxI2cBus::open(LidarLiteServed::kDevice, error);
+  ASSERT_NE(bus, nullptr) << error;
+  lidar_lite::Device device(*bus, {.model = lidar_lite::Model::kV3});
+  ASSERT_EQ(run_for(device, Duration::from_ms(20'000), 3).size(), 3U);
+  EXPECT_FALSE(bus->is_gone());
+  served.reset();
+  EXPECT_TRUE(run_for(device, Duration::from_ms(1'000)).empty());
+  EXPECT_TRUE(bus->is_gone());
+  EXPECT_EQ(bus->last_error(), ENOENT) << "why it does not come back";
+  served.emplace(PLUMB_LIDAR_LITE_CUSE, "v3");
+  served->set("range_m 3.21");
+  const std::vector<RangeSample> again = run_for(device, Duration::from_ms(20'000), 3);
+  ASSERT_EQ(again.size(), 3U);
+  EXPECT_NEAR(again.back().range_m, 3.21, 1e-9);
+  EXPECT_FALSE(bus->is_gone());
 }
 
 TEST(KernelI2cBus, KeepsTheErrorOfATransfer) {
