@@ -109,7 +109,7 @@ struct FlightProcess::Parts {
   std::optional<LogWriter> writer;
   std::optional<LogTask> log_task;
 
-  std::unique_ptr<SerialPort> imu_port;
+  std::unique_ptr<LinuxSerialPort> imu_port;
   std::unique_ptr<CameraPort> camera_port;
   std::unique_ptr<I2cBus> range_bus;
   std::unique_ptr<CanSocket> range_socket;
@@ -243,6 +243,10 @@ void FlightProcess::open(std::vector<std::string>& faults) {
 bool FlightProcess::start(std::vector<std::string>& warnings) {
   Parts& p = *parts_;
   if (const std::string warning = lock_memory(); !warning.empty()) warnings.push_back(warning);
+  if (!p.imu_port->low_latency()) {
+    warnings.push_back("imu: the driver of " + p.setup.imu.device +
+                       " offers no low latency: behind a USB adapter bytes may wait for up to 16 ms");
+  }
   if (!p.command && !p.setup.lcm_url.empty() && p.setup.commands == CommandAccess::kLocal) {
     warnings.push_back("takes no commands: the route to " + p.setup.lcm_url +
                        " leads to a network (ip route add 224.0.0.0/4 dev lo keeps it here; commands: network takes " +

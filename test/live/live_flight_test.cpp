@@ -167,6 +167,9 @@ TEST(LiveFlight, ReplaysBitByBit) {
   EXPECT_EQ(told.back(), "STOPPING=1");
   ASSERT_EQ(flight.exit_code, 0) << flight.output;
   expect_latencies(flight.output);
+  const std::string no_low_latency = "offers no low latency";  // a pseudo-terminal does not
+  EXPECT_NE(flight.output.find(no_low_latency), std::string::npos) << flight.output;
+  EXPECT_EQ(flight.output.find(no_low_latency), flight.output.rfind(no_low_latency)) << "told once";
   EXPECT_GT(number_after(flight.output, "ticks "), 200 * (flight_length_s() - 3)) << flight.output;
   EXPECT_GT(number_after(flight.output, "images "), 15 * (flight_length_s() - 3)) << flight.output;
   expect_equal_replays(folder.path());
