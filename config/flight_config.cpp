@@ -300,14 +300,13 @@ class Reader {
   void read_benewake(const YamlFile& yaml) {
     can_range::Options& can = setup_.range.can;
     constexpr int kMaxWord = std::numeric_limits<std::uint16_t>::max();
-    constexpr int kMinFar_cm = 2;  // from 1 on no distance would be a return
     steps_([&] {
       can.benewake_id = static_cast<std::uint32_t>(
           whole(yaml, "can_id", static_cast<int>(can.benewake_id), 0, static_cast<int>(kCanStandardIdMask)));
     });
     steps_([&] {
-      can.benewake_far_cm =
-          static_cast<std::uint16_t>(whole(yaml, "far_cm", can.benewake_far_cm, kMinFar_cm, kMaxWord));
+      can.benewake_far_cm = static_cast<std::uint16_t>(
+          whole(yaml, "far_cm", can.benewake_far_cm, can_range::kMinBenewakeFar_cm, kMaxWord));
     });
     steps_([&] {
       can.benewake_min_strength =

@@ -18,6 +18,9 @@ inline constexpr int kAny = -1;
 /// Tells a type in Counters::malformed from the size of a frame, and from the bits of a range of zero.
 inline constexpr std::int64_t kMalformedReadingType = 256;
 
+/// From 1 on no distance of a Benewake would be a return.
+inline constexpr std::uint16_t kMinBenewakeFar_cm = 2;
+
 struct Options {
   Protocol protocol = Protocol::kDronecan;
   int bus_bit_s = 1'000'000;          ///< 250000 for a TFmini-i as it comes

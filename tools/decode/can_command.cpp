@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cinttypes>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -53,6 +54,13 @@ void CanCommand::declare(CLI::App& app) {
       ->check(CLI::Range(0, 255));
   app.add_option("--id", options_.benewake_id, "Benewake: identifier of its frame (default 3)")
       ->check(CLI::Range(0, static_cast<int>(kCanStandardIdMask)));
+  constexpr int kMaxWord = std::numeric_limits<std::uint16_t>::max();
+  app.add_option("--far-cm", options_.benewake_far_cm,
+                 "Benewake: distance from which on there is no return (default 18000)")
+      ->check(CLI::Range(static_cast<int>(can_range::kMinBenewakeFar_cm), kMaxWord));
+  app.add_option("--min-strength", options_.benewake_min_strength,
+                 "Benewake: strength below which a return is weak (default 1)")
+      ->check(CLI::Range(0, kMaxWord));
   app.add_option("--bitrate", options_.bus_bit_s, "of the bus in bit/s (default 1000000)")
       ->check(CLI::Range(10'000, 1'000'000));
   app.footer(

@@ -64,6 +64,24 @@ TEST_F(DecodeCan, PrintsRangesOfABenewake) {
   EXPECT_EQ(result.rows[0].substr(result.rows[0].find(',')), ",0,0,12.34,valid");
 }
 
+// As the flight software does with the keys far_cm and min_strength.
+TEST_F(DecodeCan, TakesALimitAndAStrengthOfABenewake) {
+  add({benewake_frame(799, 60), benewake_frame(799, 59), benewake_frame(800, 60)});
+  const auto qualities = [this](const std::string& options) {
+    std::string all;
+    for (const std::string& row : decode("can --protocol benewake " + options + file()).rows) {
+      all += row.substr(row.rfind(','));
+    }
+    return all;
+  };
+  EXPECT_EQ(qualities(""), ",valid,valid,valid");
+  EXPECT_EQ(qualities("--far-cm 800 "), ",valid,valid,no_return");
+  EXPECT_EQ(qualities("--min-strength 60 "), ",valid,weak,valid");
+  for (const std::string refused : {"--far-cm 1", "--far-cm 65536", "--min-strength -1", "--min-strength 65536"}) {
+    EXPECT_EQ(decode("can --protocol benewake " + refused + " " + file()).exit_code, 2) << refused;
+  }
+}
+
 TEST_F(DecodeCan, SaysWhatIsWrong) {
   add({benewake_frame(1234, 500)});
   const Decoded none = decode("can " + file());
