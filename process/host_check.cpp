@@ -4,10 +4,21 @@
 
 #include <filesystem>
 
+#include "hal/linux/can_link.h"
 #include "hal/linux/lcm_source.h"
 #include "hal/linux/realtime_thread.h"
 
 namespace plumb {
+namespace {
+
+void check_can(const FlightSetup& setup, const std::string& file, std::vector<std::string>& warnings) {
+  if (setup.range.kind != RangeDevice::kCan || can_restart_delay_ms(setup.range.device) != 0U) return;
+  warnings.push_back(file + ": key 'range.can': " + setup.range.device +
+                     " stays off the bus once it is bus-off (restart-ms 0); expected that the system restarts it, " +
+                     "as after: ip link set " + setup.range.device + " type can restart-ms 100");
+}
+
+}  // namespace
 
 void check_host(const FlightSetup& setup, const std::string& file, std::vector<std::string>& faults,
                 std::vector<std::string>& warnings) {
@@ -22,6 +33,7 @@ void check_host(const FlightSetup& setup, const std::string& file, std::vector<s
                        " is no core that this process may run on; expected one of this computer, 0 to " +
                        std::to_string(cores_of_host() - 1) + ", or -1; it would fly on any");
   }
+  check_can(setup, file, warnings);
 }
 
 void check_log_folder(const FlightSetup& setup, std::vector<std::string>& faults) {

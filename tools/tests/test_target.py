@@ -110,7 +110,10 @@ def test_every_program_of_the_package_runs(flown: Flown) -> None:
     helped = {Path(line.split()[0]).name for line in status if "--help" in line}
     assert helped == {"plumb-decode", "plumb-fsw", "plumb-hil", "plumb-replay", "plumb-stim300-setup"}
     assert [line for line in status if not line.endswith(": 0")] == []
-    assert "can be flown" in (flown.out / "dry-run.txt").read_text()
+    dry_run = (flown.out / "dry-run.txt").read_text()
+    assert "can be flown" in dry_run
+    assert "key 'range.can': can0 stays off the bus once it is bus-off (restart-ms 0); expected" in dry_run
+    assert "restart-ms" not in (flown.out / "can.txt").read_text(), "vcan0 has no controller"
 
 
 def test_a_log_is_flown_to_the_same_bits_as_in_an_emulated_process(played: Flown) -> None:
