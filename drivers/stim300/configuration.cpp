@@ -125,15 +125,15 @@ Result<Settings> decode_configuration(std::span<const std::uint8_t> bytes) {
 
 Differences differences(const Settings& expected, const Settings& actual) {
   Differences found;
-  const auto compare = [&found](const char* name, auto wanted, auto got) {
+  const auto compare = [&found](const char* name, auto wanted, auto got, const UnitNames* names = nullptr) {
     if (wanted == got) return;
-    PLUMB_ASSERT(ok(found.push_back({name, static_cast<std::int64_t>(wanted), static_cast<std::int64_t>(got)})));
+    PLUMB_ASSERT(ok(found.push_back({name, static_cast<std::int64_t>(wanted), static_cast<std::int64_t>(got), names})));
   };
   compare("datagrams a second", expected.rate_hz, actual.rate_hz);
   compare("accelerometer in the datagram", expected.accelerometer, actual.accelerometer);
-  compare("gyro unit code", expected.gyro_unit, actual.gyro_unit);
+  compare("gyro unit", expected.gyro_unit, actual.gyro_unit, &kGyroUnitNames);
   compare("gyro delayed", expected.gyro_delayed, actual.gyro_delayed);
-  compare("accelerometer unit code", expected.accel_unit, actual.accel_unit);
+  compare("accelerometer unit", expected.accel_unit, actual.accel_unit, &kAccelUnitNames);
   compare("gyro filter in Hz", expected.gyro_filter_hz, actual.gyro_filter_hz);
   compare("accelerometer filter in Hz", expected.accel_filter_hz, actual.accel_filter_hz);
   const bool range_is_told = actual.accel_range_g != 0;

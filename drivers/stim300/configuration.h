@@ -31,6 +31,11 @@ enum class Unit : std::uint8_t {
   kIntegral,     ///< since start-up, wrapping; not used by this driver
 };
 
+/// What people call each Unit, of gyros and of accelerometers.
+using UnitNames = std::array<const char*, 4>;
+inline constexpr UnitNames kGyroUnitNames = {"rate", "increment", "average", "integral"};
+inline constexpr UnitNames kAccelUnitNames = {"acceleration", "increment", "average", "integral"};
+
 struct Settings {
   int rate_hz = 250;  ///< datagrams a second: 125, 250, 500, 1000 or 2000; 0: on an external trigger
   Unit gyro_unit = Unit::kIncrement;
@@ -51,11 +56,12 @@ struct Settings {
 /// the axes of a sensor differ or are off.
 Result<Settings> decode_configuration(std::span<const std::uint8_t> bytes);
 
-/// One setting that is not as expected: its name, and both values in its unit (code for units, 1 and 0 for on and off).
+/// One setting that is not as expected: its name, and both values in its unit (1 and 0 for on and off).
 struct Difference {
   const char* name = "";
   std::int64_t expected = 0;
   std::int64_t actual = 0;
+  const UnitNames* names = nullptr;  ///< of the values, which are Units then; null: they are numbers
 };
 using Differences = FixedVector<Difference, 10>;
 

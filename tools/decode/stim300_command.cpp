@@ -9,12 +9,12 @@
 #include <optional>
 #include <string>
 
-#include "config/arguments.h"
 #include "config/input_error.h"
 #include "drivers/stim300/configuration.h"
 #include "drivers/stim300/datagram.h"
 #include "drivers/stim300/framer.h"
 #include "tools/decode/bytes.h"
+#include "tools/stim300_setup/unit_option.h"
 
 namespace plumb::decode {
 namespace {
@@ -75,19 +75,12 @@ class Stim300Command final : public Command {
 };
 
 void Stim300Command::declare(CLI::App& app) {
-  const std::map<std::string, Unit> gyro_units = {
-      {"rate", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
-  const std::map<std::string, Unit> accel_units = {
-      {"acceleration", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
   app.add_option("FILE", file_, "captured bytes, from any place in the stream; - for standard input")->required();
   app.add_option("--accel-range", accel_range_g_, "range of the accelerometers in g, printed on the unit")
       ->check(CLI::IsMember({5, 10, 30, 80}));
-  app.add_option("--gyro-unit", gyro_unit_, "what the gyros tell: rate, increment or average")
-      ->transform(one_of(gyro_units))
-      ->type_name("TEXT");
-  app.add_option("--accel-unit", accel_unit_, "what the accelerometers tell: acceleration, increment or average")
-      ->transform(one_of(accel_units))
-      ->type_name("TEXT");
+  add_unit_option(app, "--gyro-unit", gyro_unit_, kGyroUnitNames, "what the gyros tell: rate, increment or average");
+  add_unit_option(app, "--accel-unit", accel_unit_, kAccelUnitNames,
+                  "what the accelerometers tell: acceleration, increment or average");
   app.add_option("--rate", rate_hz_, "datagrams a second that the unit is set to")
       ->check(CLI::IsMember({125, 250, 500, 1000, 2000}));
   app.footer(

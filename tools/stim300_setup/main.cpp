@@ -6,15 +6,14 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <string>
 
-#include "config/arguments.h"
 #include "drivers/stim300/device.h"
 #include "drivers/stim300/service_setup.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
+#include "tools/stim300_setup/unit_option.h"
 
 namespace plumb {
 namespace {
@@ -43,21 +42,17 @@ CLI::IsMember used_of(const std::array<int, N>& values) {
 }
 
 void declare(CLI::App& app, Arguments& arguments) {
-  using stim300::Unit;
-  const std::map<std::string, Unit> units = {
-      {"instant", Unit::kInstant}, {"increment", Unit::kIncrement}, {"average", Unit::kAverage}};
   stim300::Settings& settings = arguments.settings;
-  const auto units_option = [&](const char* name, Unit& unit, const char* text) {
-    app.add_option(name, unit, text)->transform(one_of(units))->type_name("TEXT");
-  };
   app.add_option("DEVICE", arguments.device, "serial line, for example /dev/ttyUSB0")->required();
   app.add_flag("--check", arguments.check, "only ask the unit what it is set up to, and compare");
   app.add_flag("--save", arguments.save, "also into the unit's flash memory, which takes 10 000 times");
   app.add_option("--baud", settings.baud, "speed of the line in bit/s, which stays (default 921600)")
       ->check(CLI::Range(1'500U, 5'184'000U));
   app.add_option("--rate", settings.rate_hz, "datagrams a second (default 250)")->check(used_of(stim300::kRates_hz));
-  units_option("--gyro-unit", settings.gyro_unit, "instant, increment (default) or average");
-  units_option("--accel-unit", settings.accel_unit, "instant, increment (default) or average");
+  add_unit_option(app, "--gyro-unit", settings.gyro_unit, stim300::kGyroUnitNames,
+                  "what the gyros tell: rate, increment (default) or average");
+  add_unit_option(app, "--accel-unit", settings.accel_unit, stim300::kAccelUnitNames,
+                  "what the accelerometers tell: acceleration, increment (default) or average");
   app.add_option("--gyro-delayed", settings.gyro_delayed, "gyros as late as the accelerometers (default true)");
   app.add_option("--gyro-filter", settings.gyro_filter_hz, "low-pass in Hz (default 262)")
       ->check(used_of(stim300::kFilters_hz));
@@ -101,6 +96,11 @@ int set_up(SerialPort& port, const Arguments& arguments) {
   return kExitFailed;
 }
 
+std::string value_of(const stim300::Difference& difference, std::int64_t value) {
+  if (difference.names != nullptr) return difference.names->at(static_cast<std::size_t>(value));
+  return std::to_string(value);
+}
+
 /// Exit code.
 int check(SerialPort& port, const Arguments& arguments) {
   stim300::Device unit(port, arguments.settings);
@@ -120,9 +120,8 @@ int check(SerialPort& port, const Arguments& arguments) {
     case stim300::State::kRefused: break;
   }
   for (const stim300::Difference& difference : unit.protocol().differences()) {
-    std::fprintf(stderr, "plumb-stim300-setup: %s: %s is %lld, wanted is %lld\n", arguments.device.c_str(),
-                 difference.name, static_cast<long long>(difference.actual),
-                 static_cast<long long>(difference.expected));
+    std::fprintf(stderr, "plumb-stim300-setup: %s: %s is %s, wanted is %s\n", arguments.device.c_str(), difference.name,
+                 value_of(difference, difference.actual).c_str(), value_of(difference, difference.expected).c_str());
   }
   if (unit.protocol().differences().empty()) {
     std::fprintf(stderr, "plumb-stim300-setup: %s: the unit is set up in a way that is not known here\n",

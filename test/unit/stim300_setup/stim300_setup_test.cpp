@@ -36,11 +36,30 @@ TEST(Stim300SetupTool, SetsAUnitUpAndSaysSo) {
   const Outcome before = run("--check " + unit.device());
   EXPECT_EQ(before.exit_code, 1);
   EXPECT_NE(before.text.find("datagrams a second is 125, wanted is 250"), std::string::npos) << before.text;
+  for (const char* difference :
+       {"gyro unit is rate, wanted is increment\n", "accelerometer unit is acceleration, wanted is increment\n"}) {
+    EXPECT_NE(before.text.find(difference), std::string::npos) << before.text;
+  }
   const Outcome done = run(unit.device());
   EXPECT_EQ(done.exit_code, 0) << done.text;
   EXPECT_EQ(done.text, unit.device() + ": the unit is set up as wanted\n");
   EXPECT_EQ(encode_configuration(setup_of(unit)), encode_configuration(Stim300Setup{}));
   EXPECT_EQ(run("--check " + unit.device()).exit_code, 0);
+}
+
+// By the words that plumb-decode has, and in which a difference is told.
+TEST(Stim300SetupTool, SetsTheUnitsThatItIsAskedFor) {
+  Stim300OnPty unit({}, 1);
+  const std::string wanted = " --gyro-unit rate --accel-unit acceleration ";
+  const Outcome other = run("--check" + wanted + unit.device());
+  EXPECT_NE(other.text.find("gyro unit is increment, wanted is rate\n"), std::string::npos) << other.text;
+  EXPECT_NE(other.text.find("accelerometer unit is increment, wanted is acceleration\n"), std::string::npos);
+  const Outcome done = run(wanted + unit.device());
+  EXPECT_EQ(done.exit_code, 0) << done.text;
+  EXPECT_EQ(setup_of(unit).gyro_unit, 8) << "rate, delayed";
+  EXPECT_EQ(setup_of(unit).accel_unit, 0) << "acceleration";
+  EXPECT_EQ(run("--gyro-unit acceleration " + unit.device()).text,
+            "plumb-stim300-setup: --gyro-unit: 'acceleration' refused; expected one of average, increment, rate\n");
 }
 
 TEST(Stim300SetupTool, SavesWhenAskedTo) {
