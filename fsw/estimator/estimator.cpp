@@ -139,7 +139,8 @@ Status Estimator<Config>::fuse_image(const Frame& frame) {
     make_room_for_clone(t);
     state_.clone_camera(frame.sequence, state_.core.rates(imu_.rates_at(t)).gyro_rad_s);
   }
-  status = visual_.run(state_, tracks_, stack_, depth_prior(), ranges_tell_scale(t), report_, observer_);
+  const ScaleEvidence scale{started_excited_, ranges_tell_scale(t)};
+  status = visual_.run(state_, tracks_, stack_, depth_prior(), scale, report_, observer_);
   if (!ok(status)) return status;
   if (report_.ranged_used > 0) last_range_t_ = last_ranged_track_t_ = t;
   if (!standing_) visual_.follow_noise();  // of an image that repeats the last one, tracks have hardly any

@@ -85,6 +85,7 @@ class Estimator {
       h.add(static_cast<std::uint64_t>(feature.ranges_missed));
     }
     h.add(std::uint64_t{standing_ ? 1U : 0U});
+    h.add(std::uint64_t{started_excited_ ? 1U : 0U});
     tracks_.add_to(h);
     visual_.add_to(h);
     range_.add_to(h);
@@ -190,6 +191,7 @@ class Estimator {
   Time last_ranged_track_t_;  ///< the last image whose tracks made use of a range
   Time last_range_sample_t_;
   Time started_t_;
+  bool started_excited_ = false;           ///< in motion that told the scale
   FixedVector<double, 3> range_depths_m_;  ///< of the last ranges, along the optical axis, oldest first
 
   NavState nav_;

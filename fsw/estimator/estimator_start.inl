@@ -37,6 +37,7 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   state_.t = t;
   state_.core = core;
   started_t_ = t;
+  started_excited_ = false;
   state_.set_calibration(calibration_, options_.calibration);
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
   drop_ranges_before(t, RangeOutcome::kStale);
@@ -98,6 +99,7 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   const Result<StartSolution> solution = start_window_.try_start(frame, imu_, ranges_);
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
+  started_excited_ = start_window_.excited();
   propagate_to(frame.t);
   state_.begin_world_here(kPinnedSigma);  // not where the window began: how far that is, is hardly known
   for (const RangeOutcome outcome : solution->ranges) drop_oldest_range(outcome);  // the oldest left are the problem's

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "fsw/estimator/facet_search.h"
+#include "fsw/math/exact.h"
 #include "fsw/math/kernels.h"
 
 namespace plumb {
@@ -16,7 +17,8 @@ constexpr std::size_t kMinFeatures = 10;
 constexpr double kMinFlowPx = 4.0;  // of the median feature: without flow there is nothing to tell from
 constexpr double kHuber = 2.0;      // sigmas
 constexpr double kMaxRmsPx = 2.0;
-constexpr double kRelativeFacetError = 0.1;    // of the inverse depth: how flat a facet is taken to be
+constexpr double kRelativeFacetError = 0.1;    // of the inverse depth: how flat a facet is taken to be,
+constexpr double kFacetRelief = 0.5;           // and of what its vertices differ by
 constexpr double kDefaultInverseDepth = 0.5;   // 1/m, first guess without a range
 constexpr double kVelocityPrior = 20.0;        // m/s
 constexpr double kTiltPrior = 0.5;             // rad
@@ -288,7 +290,10 @@ double MotionStart::add_range(const StartProblem& problem, std::size_t index, co
   const Vec2 query = h.head<2>() / h.z();
   const double measured = 1.0 / h.z();
   const Surface surface = surface_at(problem, query);
-  const double sigma = surface.relative_error * measured;
+  const auto by_depth_less = [&](std::size_t a, std::size_t b) { return estimate.rho[a] < estimate.rho[b]; };
+  const auto [farthest, nearest] = std::minmax_element(surface.features.begin(), surface.features.end(), by_depth_less);
+  const double spread = estimate.rho[*nearest] - estimate.rho[*farthest];
+  const double sigma = exact::hypot(surface.relative_error * measured, kFacetRelief * spread);
   double residual = measured;
   std::array<double, 3> by_depth{};
   std::array<std::size_t, 3> columns{};

@@ -31,6 +31,8 @@ class StartWindow {
   void clear() { frames_.clear(); }
   /// The images of the window, oldest first; a solution holds at the first.
   const Frames& frames() const { return frames_; }
+  /// Whether the acceleration in the window, as the last try found it, told the scale.
+  bool excited() const { return excited_; }
 
   /// Takes one more image in and tries to start from all that are there. kNotReady: wait for the next image.
   Result<StartSolution> try_start(const Frame& frame, const ImuBuffer& imu, const PendingRanges& ranges);
@@ -44,7 +46,7 @@ class StartWindow {
   void add_features(const FixedVector<std::size_t, kMaxStartImages>& chosen);
   StartFeature history(std::uint32_t track_id, const FixedVector<std::size_t, kMaxStartImages>& chosen) const;
   /// Whether velocity, and with it scale, can be believed. `waited`: the window will not grow any longer.
-  bool scale_is_known(const StartSolution& solution, bool excited, bool waited) const;
+  bool scale_is_known(const StartSolution& solution, bool waited) const;
   /// How much the acceleration changes over the window, m/s^2: what scale can be told from without ranges. Taken from
   /// averages between images, which are blind to vibration.
   double excitation_m_s2(const ImuBuffer& imu) const;
@@ -53,6 +55,7 @@ class StartWindow {
   MotionStart motion_start_;
   StartProblem problem_;
   Frames frames_;
+  bool excited_ = false;
 };
 
 template <std::size_t MaxTracks>
@@ -69,17 +72,17 @@ Result<StartSolution> StartWindow<MaxTracks>::try_start(const Frame& frame, cons
   if (span_s < options_.start.motion_window_s || frames_.size() < 3) return Status::kNotReady;
 
   pose_problem(ranges);
-  const bool excited = excitation_m_s2(imu) > kMinExcitation_m_s2;
-  if (!excited && problem_.ranges.size() < kMinRanges) return Status::kNotReady;
+  excited_ = excitation_m_s2(imu) > kMinExcitation_m_s2;
+  if (!excited_ && problem_.ranges.size() < kMinRanges) return Status::kNotReady;
   const Result<StartSolution> solution = motion_start_.solve(problem_, imu);
   if (!solution) return Status::kNotReady;
   const bool waited = frames_.full() || span_s > 0.9 * options_.start.motion_window_max_s;
-  if (!scale_is_known(*solution, excited, waited)) return Status::kNotReady;
+  if (!scale_is_known(*solution, waited)) return Status::kNotReady;
   return solution;
 }
 
 template <std::size_t MaxTracks>
-bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, bool excited, bool waited) const {
+bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, bool waited) const {
   constexpr double kKnownVelocity = 0.15;      // of the speed, 1 sigma: below it there is no point in waiting
   constexpr double kKnownSlowVelocity = 0.05;  // m/s
   const double speed = solution.core.motion.v_WI_m_s.norm();
@@ -87,7 +90,7 @@ bool StartWindow<MaxTracks>::scale_is_known(const StartSolution& solution, bool 
   const std::size_t fitting = solution.ranges_fitting();
   const bool ranged = fitting >= kMinRanges && 2 * fitting > problem_.ranges.size();
   // Ranges give the scale at any velocity; with them a long window may start with the uncertainty it has.
-  return ranged ? precise || waited : precise && excited;
+  return ranged ? precise || waited : precise && excited_;
 }
 
 template <std::size_t MaxTracks>

@@ -23,6 +23,12 @@ struct DepthPrior {
   double sigma = 0.0;  ///< 1/m
 };
 
+/// How the filter has learnt the scale, or is about to.
+struct ScaleEvidence {
+  bool excited = false;         ///< it started in motion whose acceleration told the scale
+  bool ranges_to_come = false;  ///< tracks with a range are about to, so that features can wait for it
+};
+
 template <class Config>
 class VisualUpdate {
  public:
@@ -34,10 +40,9 @@ class VisualUpdate {
   VisualUpdate(const VisionOptions& options, const SensorCalibration& calibration, int max_ranged);
 
   /// Preconditions: the newest window pose is that of the image just appended to `tracks`. Ended tracks are used and
-  /// then dropped from the table. `ranges_tell_scale`: tracks with a range are about to, so that features can wait for
-  /// it. kNumericalFault: the state cannot be trusted any more.
-  Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior, bool ranges_tell_scale,
-             FrameReport& report, StageObserver* observer);
+  /// then dropped from the table. kNumericalFault: the state cannot be trusted any more.
+  Status run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior,
+             const ScaleEvidence& scale, FrameReport& report, StageObserver* observer);
 
   /// Other options from the next run() on, with the most features that may be ranged ones.
   void use(const VisionOptions& options, int max_ranged);
@@ -78,7 +83,7 @@ class VisualUpdate {
   bool scale_known(const State& state) const;
   void remove_lost(State& state, Table& tracks);
   void add_slam_rows(State& state, Table& tracks, UpdateStack<Config>& stack, FrameReport& report);
-  void add_tracks(State& state, Table& tracks, FrameReport& report);
+  void add_tracks(State& state, Table& tracks, bool excited, FrameReport& report);
   /// What is to be done with a track. kLater: its observations are of no use yet.
   enum class Use : std::uint8_t { kAccepted, kRejected, kLater };
   void use_track(const State& state, TrackType& track, bool may_start, FrameReport& report);
@@ -96,6 +101,13 @@ class VisualUpdate {
   void start_without_parallax(State& state, Table& tracks, const DepthPrior& prior, FrameReport& report);
 
   static bool full(const TrackType& track) { return track.samples.size() == Config::kMaxPoses; }
+  /// Used though it goes on and the window is not full: after a start in motion, whose velocity is wrong by centimetres
+  /// a second, tracks as long as half a window tell more, sooner, than its filling is worth. Not where ranges alone
+  /// have told the scale: short tracks, taken at one scale after another, would seem to tell it too.
+  static bool early(const State& state, const TrackType& track) {
+    const std::size_t length = track.samples.size();
+    return !state.window().full() && length == state.window().size() && 2 * length >= Config::kMaxPoses;
+  }
   /// The laser stays at it: it becomes a feature that ranges are compared with.
   static bool waits_for_laser(const TrackType& track) { return track.range && track.range->stays; }
   /// May become a feature or an MSCKF measurement: it shows parallax. A ranged track needs less, but some, because

@@ -31,7 +31,7 @@ void VisualUpdate<Config>::set_sigma() {
 
 template <class Config>
 Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config>& stack, const DepthPrior& prior,
-                                 bool ranges_tell_scale, FrameReport& report, StageObserver* observer) {
+                                 const ScaleEvidence& scale, FrameReport& report, StageObserver* observer) {
   {
     StageScope scope(observer, Stage::kVisualRows);
     noise_.begin_image();
@@ -40,13 +40,13 @@ Status VisualUpdate<Config>::run(State& state, Table& tracks, UpdateStack<Config
     for (const SlamFeature& feature : state.features) spread_.add(tracks.find(feature.track_id)->samples.back().z);
     stack.begin(state);
     add_slam_rows(state, tracks, stack, report);
-    add_tracks(state, tracks, report);
+    add_tracks(state, tracks, scale.excited, report);
     add_compressed_rows(state, stack);
   }
   StageScope scope(observer, Stage::kVisualUpdate);
   if (!ok(stack.apply(state))) return Status::kNumericalFault;
   start_ranged(state, tracks, report);
-  const bool can_wait = ranges_tell_scale || report.ranged_used > 0;
+  const bool can_wait = scale.ranges_to_come || report.ranged_used > 0;
   if (!can_wait || scale_known(state)) {
     insert_pending(state, tracks, stack.correction(), report);
     start_without_parallax(state, tracks, prior, report);
@@ -184,7 +184,7 @@ typename VisualUpdate<Config>::TrackType* VisualUpdate<Config>::next_start(const
 }
 
 template <class Config>
-void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& report) {
+void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, bool excited, FrameReport& report) {
   pending_count_ = 0;
   compressed_.clear();
   std::size_t budget = Config::kMaxMsckfPerFrame;
@@ -202,7 +202,8 @@ void VisualUpdate<Config>::add_tracks(State& state, Table& tracks, FrameReport& 
     for (TrackType& track : tracks.tracks()) {
       if (budget == 0) return;
       if (track.in_state || track.banned || track.samples.size() != length) continue;
-      if (track.alive && (!full(track) || waits_for_laser(track))) continue;
+      const bool in_time = full(track) || (excited && early(state, track));
+      if (track.alive && (!in_time || waits_for_laser(track))) continue;
       if (!determined(state, track)) continue;
       use_track(state, track, false, report);
       --budget;

@@ -63,9 +63,9 @@ struct VisualCase {
   std::vector<NewTrack> added;
   FrameReport report;
 
-  Status run(bool ranges_tell_scale = false) {
+  Status run(const ScaleEvidence& scale = {}) {
     report = {};
-    return visual->run(*state, *tracks, *stack, {0.2, 0.1}, ranges_tell_scale, report, nullptr);
+    return visual->run(*state, *tracks, *stack, {0.2, 0.1}, scale, report, nullptr);
   }
 
   /// The whole window's images, oldest first, into the table of tracks.

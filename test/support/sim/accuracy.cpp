@@ -35,10 +35,14 @@ struct Alignment {
 Alignment align_at(const FlightPoint& point) {
   const Quat difference = attitude(point.estimate) * point.truth.q_WI.conjugate();
   Alignment alignment;
-  alignment.turn =
-      point.estimate.heading_known ? east_of_world() : Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
+  alignment.turn = Quat(difference.w(), 0.0, 0.0, difference.z()).normalized();
   alignment.shift_m = vec3(point.estimate.p_WI_m) - alignment.turn * point.truth.p_WI_m;
   return alignment;
+}
+
+/// A filter that learns the heading turns its world about its origin, which stays the place that it was.
+Alignment turned_east(const Alignment& before) {
+  return {east_of_world(), east_of_world() * (before.turn.conjugate() * before.shift_m)};
 }
 
 NavError error_of(const FlightPoint& point, const Alignment& alignment) {
@@ -202,7 +206,8 @@ std::vector<ErrorPoint> errors_of(const FlightLog& log) {
   bool heading_known = false;
   for (const FlightPoint& point : log.points) {
     if (!point.estimate.valid) continue;
-    if (errors.empty() || (point.estimate.heading_known && !heading_known)) alignment = align_at(point);
+    if (errors.empty()) alignment = align_at(point);
+    if (point.estimate.heading_known && !heading_known) alignment = turned_east(alignment);
     heading_known = point.estimate.heading_known;
     const NavError error = error_of(point, alignment);
     errors.push_back({point.t_s, error, nees_of(error, point.estimate)});
