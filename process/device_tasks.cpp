@@ -287,6 +287,7 @@ Time CameraTask::mid_exposure(const PortFrame& frame) const {
     case CameraStamp::kStartOfExposure: return frame.t + exposure / 2;
     case CameraStamp::kEndOfFrame: return frame.t - setup_.readout - exposure / 2;
     case CameraStamp::kArrival: return frame.t - setup_.latency - setup_.readout - exposure / 2;
+    case CameraStamp::kEndOfExposure: return frame.t - exposure / 2;
   }
   return frame.t;
 }

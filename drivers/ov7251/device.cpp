@@ -18,6 +18,9 @@ void Device::set_exposure(Time now) {
 Result<CameraFrame> Device::poll(Time now, Duration timeout) {
   set_exposure(now);
   const Result<PortFrame> received = port_.receive(timeout);
+  const FaultCounter& lost = port_.health().exposures_lost;
+  if (lost != exposures_lost_) protocol_.on_exposure_refused(static_cast<int>(lost.value));
+  exposures_lost_ = lost;
   if (!received) return received.status();
   return protocol_.on_frame(*received);
 }

@@ -25,6 +25,7 @@ class Device {
 
   CameraPort& port_;
   Protocol protocol_;
+  std::uint64_t exposures_lost_ = 0;  ///< of the port, that are dealt with
 };
 
 }  // namespace plumb::ov7251

@@ -68,6 +68,7 @@ Time Protocol::end_of(const PortFrame& frame) const {
     case CameraStamp::kStartOfExposure: return frame.t + newest_.exposure.time + options_.line_time * kHeight;
     case CameraStamp::kEndOfFrame: return frame.t;
     case CameraStamp::kArrival: return frame.t - options_.arrival_delay;
+    case CameraStamp::kEndOfExposure: return frame.t + options_.line_time * kHeight;
   }
   return frame.t;
 }
@@ -84,6 +85,7 @@ Time Protocol::middle_of(const PortFrame& frame) const {
     case CameraStamp::kStartOfExposure: return frame.t + half;
     case CameraStamp::kEndOfFrame: return frame.t - readout - half;
     case CameraStamp::kArrival: return frame.t - options_.arrival_delay - readout - half;
+    case CameraStamp::kEndOfExposure: return frame.t - half;
   }
   return frame.t;
 }
@@ -158,7 +160,7 @@ void Protocol::on_exposure_set(const Exposure& taken, Time now) {
 
 void Protocol::on_exposure_refused(int error) {
   counters_.refused.add(error);
-  refused_ = wanted_;
+  refused_ = wanted_.time > Duration() ? wanted_ : newest_.exposure;
   wanted_ = {};
 }
 

@@ -47,7 +47,7 @@ struct Counters {
   FaultCounter repeated;
   std::uint32_t unstamped = 0;  ///< passed on with the time of arrival, less `arrival_delay`, for want of a stamp
   std::uint32_t exposures = 0;  ///< changes of exposure that the camera took
-  FaultCounter refused;         ///< changes that it did not take
+  FaultCounter refused;         ///< times that it did not take a change, or came back without the exposure it had
 };
 
 class Protocol {
@@ -69,7 +69,8 @@ class Protocol {
   const Exposure& wanted() const { return wanted_; }
   /// The camera took this exposure at `now`.
   void on_exposure_set(const Exposure& taken, Time now);
-  /// It took none, for this reason of the system (errno). It is asked for again after the next frame.
+  /// It took none, or came back without the one it had, for this reason of the system (errno). It is asked for again
+  /// after the next frame.
   void on_exposure_refused(int error);
 
   bool at_exposure_limit() const { return auto_exposure_.at_limit(); }

@@ -97,7 +97,8 @@ inline constexpr std::array<FaultRow, 11> kCameraFaults{{
     {"stamps_mended", FaultValue::kNumber},
     /// returns after the camera was gone
     {"restarts"},
-    /// changes of exposure that the camera did not take; value: the system's reason (errno)
+    /// changes of exposure that the camera did not take, and returns without the one that was set; value: the system's
+    /// reason (errno)
     {"exposures_refused", FaultValue::kSystemError},
     /// images for which the store had no room; value: sequence of the source
     {"no_slot", FaultValue::kNumber},

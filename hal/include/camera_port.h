@@ -37,6 +37,7 @@ enum class CameraStamp : std::uint8_t {
   kEndOfFrame = 0,   ///< the last row had been read out
   kStartOfExposure,  ///< the pixels began to collect light
   kArrival,  ///< the source stamps by no clock that is known here: this host had the frame, some time after its end
+  kEndOfExposure,  ///< the pixels had collected their light, and the first row was read out
 };
 
 /// One image as it came.
@@ -63,6 +64,9 @@ struct CameraHealth {
   /// Stamps by another clock, in the future or too old: CameraStamp::kArrival. Value: age that the stamp told [ns].
   FaultCounter stamps_mended;
   std::uint32_t restarts = 0;  ///< returns after the camera was gone
+  /// Starts and returns at which the camera did not take the exposure set last, and streams with one that nobody asked
+  /// for. Value: the system's error number (errno).
+  FaultCounter exposures_lost;
 };
 
 class CameraPort {
@@ -70,8 +74,9 @@ class CameraPort {
   virtual ~CameraPort() = default;
 
   /// Sets the mode and starts the stream; a stream that runs is stopped first. Returns the mode that the camera took,
-  /// whose period may be another. Exposure and gain are then those set last, or the camera's own. kInvalidValue: the
-  /// camera has no such mode. kRejected: it is not there or failed; receive() then tries again by itself.
+  /// whose period may be another. Exposure and gain are then those set last, which it counts where the camera does not
+  /// take them, or the camera's own. kInvalidValue: the camera has no such mode. kRejected: it is not there or failed;
+  /// receive() then tries again by itself.
   virtual Result<CameraMode> start(const CameraMode& mode) = 0;
   virtual void stop() = 0;
   /// The oldest frame not taken yet, waiting for one at most `timeout`; zero or less does not wait. kNotReady: none

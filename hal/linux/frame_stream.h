@@ -25,6 +25,7 @@ class FrameStream {
     start();
     ++health_.restarts;
   }
+  void on_exposure_lost(int error) { health_.exposures_lost.add(error); }
   /// `told`: by an image of another size, of whose pixels nothing is looked at.
   void on_malformed(std::size_t bytes, const ImageView& told = {}) {
     const bool tells = told.width != 0 || told.height != 0;

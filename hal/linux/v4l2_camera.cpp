@@ -17,16 +17,15 @@ constexpr std::array kFormats = {GreyFormat::kGrey, GreyFormat::kY10, GreyFormat
 // Frames that may be looked through in one call for one that is well formed.
 constexpr int kMaxFramesPerCall = 16;
 
-CameraStamp stamp_of(std::uint32_t flags) {
-  return (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE ? CameraStamp::kStartOfExposure
-                                                                                 : CameraStamp::kEndOfFrame;
-}
+// Source: Linux, Documentation/userspace-api/media/v4l/ext-ctrls-camera.rst.
+constexpr Duration kAbsoluteExposureStep = Duration::from_us(100);
 
 // The nearest value that the control has.
-std::int32_t to_step(const V4l2Control& control, double steps) {
-  const double bounded = std::clamp<double>(steps, control.least, control.most);
-  return control.least +
-         control.step * static_cast<std::int32_t>(std::lround((bounded - control.least) / control.step));
+std::int32_t to_step(const V4l2Control& control, double value) {
+  const double bounded = std::clamp<double>(value, control.least, control.most);
+  const std::int64_t most_steps = (std::int64_t{control.most} - control.least) / control.step;
+  const std::int64_t steps = std::llround((bounded - control.least) / control.step);
+  return static_cast<std::int32_t>(control.least + control.step * std::min(steps, most_steps));
 }
 
 }  // namespace
@@ -56,7 +55,8 @@ int V4l2Camera::configure(GreyFormat format) {
   if (options_.trigger_control != 0) {
     if (const int error = write_control(controls(), options_.trigger_control, trigger); error != 0) return error;
   }
-  if (exposure_.time > Duration()) (void)apply(exposure_);
+  // A camera that does not take it is of use all the same.
+  if (exposure_.time > Duration() && !apply(exposure_)) stream_.on_exposure_lost(last_error_);
   return capture_.stream_on(kBuffers);
 }
 
@@ -160,20 +160,34 @@ Result<PortFrame> V4l2Camera::receive(Duration timeout) {
       [this] { return come_back(); }, [this] { return take(); }, [this] { return capture_.file().get(); });
 }
 
+CameraStamp V4l2Camera::stamp_of(std::uint32_t flags) const {
+  if (capture_.stamps_first_bytes()) return CameraStamp::kEndOfExposure;
+  return (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE ? CameraStamp::kStartOfExposure
+                                                                                 : CameraStamp::kEndOfFrame;
+}
+
+/// Switches what the camera does by itself off first, which else keeps these controls from being written.
+int V4l2Camera::find_exposure_controls(V4l2Control& time, V4l2Control& gain) const {
+  int error = settle_control(controls(), V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
+  if (error == 0) error = find_control(controls(), {V4L2_CID_EXPOSURE, V4L2_CID_EXPOSURE_ABSOLUTE}, time);
+  if (error == 0) error = settle_control(controls(), V4L2_CID_AUTOGAIN, 0);
+  if (error == 0) error = find_control(controls(), {V4L2_CID_GAIN, V4L2_CID_ANALOGUE_GAIN}, gain);
+  return error;
+}
+
 Result<Exposure> V4l2Camera::apply(const Exposure& wanted) {
   V4l2Control time;
   V4l2Control gain;
-  int error = find_control(controls(), {V4L2_CID_EXPOSURE}, time);
-  if (error == 0) error = find_control(controls(), {V4L2_CID_GAIN, V4L2_CID_ANALOGUE_GAIN}, gain);
+  int error = find_exposure_controls(time, gain);
   // The limits of the control hold for the mode that is set; a longer exposure would stretch the frame.
-  const double step_s = options_.exposure_step.seconds();
-  std::int32_t lines = to_step(time, wanted.time.seconds() / step_s);
+  const Duration step = time.id == V4L2_CID_EXPOSURE_ABSOLUTE ? kAbsoluteExposureStep : options_.exposure_step;
+  std::int32_t steps = to_step(time, wanted.time.seconds() / step.seconds());
   std::int32_t sixteenths = to_step(gain, wanted.gain / options_.gain_step);
   // The gain first: whatever fails then leaves the exposure as it was, which time stamps depend on. The gain alone only
   // makes the image brighter or darker, and the next exposure that is asked for sets it again.
   if (error == 0) error = write_control(controls(), gain.id, sixteenths);
-  if (error == 0) error = write_control(controls(), time.id, lines);
-  if (error == 0) return Exposure{.time = options_.exposure_step * lines, .gain = sixteenths * options_.gain_step};
+  if (error == 0) error = write_control(controls(), time.id, steps);
+  if (error == 0) return Exposure{.time = step * steps, .gain = sixteenths * options_.gain_step};
   last_error_ = error;
   return Status::kRejected;
 }

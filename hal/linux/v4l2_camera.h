@@ -3,9 +3,10 @@
 // Links and pad formats of a media graph are set where the system is set up, not here (docs/sensors.md).
 //
 // Video4Linux has no timeouts. start(), set_exposure(), and receive() where it brings back a camera that was gone, are
-// a bounded number of system calls: to start some fifteen and three for each buffer, for each of three formats. Each
-// takes as long as the driver takes, which talks to its sensor over I2C, and gives up when the timeout of that bus is
-// over. So a camera needs a thread that nobody waits for; the supervisor of plumb-fsw tells when it does not get round.
+// a bounded number of system calls: to start some thirty and three for each buffer, for each of three formats. Each
+// takes as long as the driver takes, which talks to its sensor over I2C or USB, and gives up when the timeout of that
+// bus is over. So a camera needs a thread that nobody waits for; the supervisor of plumb-fsw tells when it does not get
+// round.
 
 #include <memory>
 #include <string>
@@ -21,7 +22,8 @@ struct V4l2CameraOptions {
   std::string device = "/dev/video0";
   /// Sub-device that has exposure, gain and frame interval, as "/dev/v4l-subdev0"; empty: the device has them itself.
   std::string sensor{};
-  /// One step of V4L2_CID_EXPOSURE, whose unit is the driver's own: a line of the sensor, for the OV7251.
+  /// One step of V4L2_CID_EXPOSURE, whose unit is the driver's own: a line of the sensor, for the OV7251. A driver
+  /// without it may have V4L2_CID_EXPOSURE_ABSOLUTE, as that of USB cameras, whose unit is always 100 us.
   Duration exposure_step = Duration::from_ns(19'333);
   double gain_step = 1.0 / 16.0;  ///< one step of V4L2_CID_GAIN or V4L2_CID_ANALOGUE_GAIN
   /// Control of the sensor's driver that is 1 for an external trigger and 0 for none; 0: it has no such control.
@@ -56,6 +58,8 @@ class V4l2Camera final : public CameraPort {
   void go_away(int error);
   bool come_back();
   Result<PortFrame> take();
+  CameraStamp stamp_of(std::uint32_t flags) const;
+  int find_exposure_controls(V4l2Control& time, V4l2Control& gain) const;
   Result<Exposure> apply(const Exposure& wanted);
   const DeviceFile& controls() const { return sensor_.is_open() ? sensor_ : capture_.file(); }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <string_view>
 
 namespace plumb {
 namespace {
@@ -35,6 +36,18 @@ v4l2_fract to_fraction(Duration period) {
 Duration to_duration(const v4l2_fract& seconds, Duration otherwise) {
   if (seconds.numerator == 0 || seconds.denominator == 0) return otherwise;  // the driver does not say
   return Duration::from_ns(std::int64_t{seconds.numerator} * kNsPerSecond / seconds.denominator);
+}
+
+/// The driver of USB cameras flags its stamps as those of the start of the exposure. That they are only when it goes by
+/// the camera's clock, which it does not unless its option hwtimestamps is set.
+/// Source: Linux, drivers/media/usb/uvc/uvc_video.c.
+bool is_stamped_by_first_bytes(const v4l2_capability& capability) {
+  if (std::string_view(reinterpret_cast<const char*>(capability.driver)) != "uvcvideo") return false;
+  const int option = ::open("/sys/module/uvcvideo/parameters/hwtimestamps", O_RDONLY | O_CLOEXEC);
+  char value = '0';
+  const bool is_told = option >= 0 && read(option, &value, 1) == 1;
+  if (option >= 0) ::close(option);
+  return !is_told || value == '0';
 }
 
 /// A buffer for a call, with room for its planes.
@@ -88,6 +101,7 @@ int V4l2Capture::open(const std::string& device) {
   const bool per_node = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0;
   const std::uint32_t abilities = per_node ? capability.device_caps : capability.capabilities;
   multi_planar_ = (abilities & V4L2_CAP_VIDEO_CAPTURE) == 0;
+  stamps_first_bytes_ = is_stamped_by_first_bytes(capability);
   const bool captures = !multi_planar_ || (abilities & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
   return captures && (abilities & V4L2_CAP_STREAMING) != 0 ? 0 : ENODEV;
 }
@@ -220,9 +234,19 @@ int write_control(const DeviceFile& file, std::uint32_t id, std::int32_t& value)
   v4l2_control control{};
   control.id = id;
   control.value = value;
-  const int error = file.call(VIDIOC_S_CTRL, &control);
-  if (error == 0) value = control.value;
-  return error;
+  if (const int error = file.call(VIDIOC_S_CTRL, &control); error != 0) return error;
+  value = control.value;
+  if (file.call(VIDIOC_G_CTRL, &control) == 0) value = control.value;
+  return 0;
+}
+
+int settle_control(const DeviceFile& file, std::uint32_t id, std::int32_t value) {
+  V4l2Control found;
+  if (find_control(file, {id}, found) != 0) return 0;
+  v4l2_control control{};
+  control.id = id;
+  if (file.call(VIDIOC_G_CTRL, &control) == 0 && control.value == value) return 0;
+  return write_control(file, id, value);
 }
 
 int set_sensor_period(const DeviceFile& sensor, Duration& period) {

@@ -51,6 +51,8 @@ class V4l2Capture {
   int open(const std::string& device);
   void close();
   const DeviceFile& file() const { return file_; }
+  /// Whether stamps are when the first bytes of an image came, whatever their flags say of it.
+  bool stamps_first_bytes() const { return stamps_first_bytes_; }
 
   /// EINVAL: the driver takes another size or format only. `agreed` is filled but for its bytes.
   int set_format(GreyFormat format, std::int32_t width, std::int32_t height, RawImage& agreed);
@@ -73,6 +75,7 @@ class V4l2Capture {
 
   DeviceFile file_;
   bool multi_planar_ = false;
+  bool stamps_first_bytes_ = false;
   std::array<Buffer, kMaxBuffers> buffers_{};
   std::uint32_t count_ = 0;
 };
@@ -87,8 +90,11 @@ struct V4l2Control {
 
 /// The first of these controls that can be written now. EINVAL: there is none.
 int find_control(const DeviceFile& file, std::initializer_list<std::uint32_t> ids, V4l2Control& control);
-/// Writes a value, which becomes the one that the driver took.
+/// Writes a value, which becomes the one that the control has then: a driver moves it into its limits, and some devices
+/// into steps that they do not tell.
 int write_control(const DeviceFile& file, std::uint32_t id, std::int32_t& value);
+/// Gives a control this value where it exists and has another. 0 too where it does not exist.
+int settle_control(const DeviceFile& file, std::uint32_t id, std::int32_t value);
 /// Sets the frame interval of a sensor's sub-device, which becomes the one that the driver took.
 int set_sensor_period(const DeviceFile& sensor, Duration& period);
 

@@ -20,6 +20,13 @@ class Ov7251Port final : public CameraPort {
   bool gone = false;
   Duration arrival_delay = Duration::from_us(400);  ///< from the end of a frame, where it is not stamped
 
+  /// The camera was away, and is back with an exposure of its own.
+  void lose_exposure(int error) {
+    sensor_.write_exposure_lines(kOwnExposure_lines);
+    health_.exposures_lost.add(error);
+  }
+
+  static constexpr int kOwnExposure_lines = 504;
   Time now() const { return now_; }
   /// The image that was returned last, as the sensor made it.
   const Ov7251Image& image() const { return image_; }
@@ -55,6 +62,7 @@ class Ov7251Port final : public CameraPort {
                     .exposure = {}};
     if (stamp == CameraStamp::kStartOfExposure) frame.t = Time::from_ns(image_.start_of_exposure_ns);
     if (stamp == CameraStamp::kArrival) frame.t = end + arrival_delay;
+    if (stamp == CameraStamp::kEndOfExposure) frame.t = Time::from_ns(image_.end_of_exposure_ns);
     if (tells_exposure) frame.exposure = exposure_of(image_.exposure_lines, image_.gain);
     return frame;
   }

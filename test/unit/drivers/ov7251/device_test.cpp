@@ -52,7 +52,8 @@ TEST_F(Ov7251Device, SetsModeAndExposure) {
 
 TEST_F(Ov7251Device, StampsTheMiddleOfTheExposureThroughEveryChangeOfIt) {
   for (const bool tells : {false, true}) {
-    for (const CameraStamp stamp : {CameraStamp::kEndOfFrame, CameraStamp::kStartOfExposure, CameraStamp::kArrival}) {
+    for (const CameraStamp stamp : {CameraStamp::kEndOfFrame, CameraStamp::kStartOfExposure, CameraStamp::kArrival,
+                                    CameraStamp::kEndOfExposure}) {
       SCOPED_TRACE(static_cast<int>(stamp));
       port_.stamp = stamp;
       port_.tells_exposure = tells;
@@ -104,6 +105,19 @@ TEST_F(Ov7251Device, BringsAnySceneToTheTargetAndStaysThere) {
   for (const std::uint16_t pixel : port_.image().pixels) sum += pixel / 4.0;
   EXPECT_NEAR(sum / (640 * 480), AutoExposureOptions{}.target, AutoExposureOptions{}.target * (kBand - 1.0));
   EXPECT_LE(device.protocol().exposure().time, Duration::from_us(8'000));
+}
+
+TEST_F(Ov7251Device, AsksAgainForTheExposureThatACameraCameBackWithout) {
+  Device device(port_, {.auto_exposure = false});
+  ASSERT_EQ(device.start(), Status::kOk);
+  (void)run(device, 10);
+  const int before = port_.image().exposure_lines;
+  ASSERT_NE(before, Ov7251Port::kOwnExposure_lines);
+  port_.lose_exposure(EILSEQ);
+  (void)run(device, 10);
+  EXPECT_EQ(device.protocol().counters().refused, 1U);
+  EXPECT_EQ(device.protocol().counters().refused.value, EILSEQ);
+  EXPECT_EQ(port_.image().exposure_lines, before);
 }
 
 TEST_F(Ov7251Device, CountsEveryFrameThatGotLost) {

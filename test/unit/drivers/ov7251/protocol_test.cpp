@@ -135,6 +135,7 @@ TEST_F(Ov7251Protocol, StampsTheMiddleOfTheExposureWhateverIsStamped) {
   EXPECT_EQ(middle(CameraStamp::kEndOfFrame), t - readout - Duration::from_us(2'000));
   EXPECT_EQ(middle(CameraStamp::kStartOfExposure), t + Duration::from_us(2'000));
   EXPECT_EQ(middle(CameraStamp::kArrival), t - Duration::from_us(300) - readout - Duration::from_us(2'000));
+  EXPECT_EQ(middle(CameraStamp::kEndOfExposure), t - Duration::from_us(2'000));
 }
 
 TEST_F(Ov7251Protocol, AsksAgainForAnExposureThatWasRefused) {
