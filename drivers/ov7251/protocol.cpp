@@ -144,10 +144,12 @@ void Protocol::adjust(double mean, Time end) {
   // An image says what exposure is right only when it is known which one it had.
   if (!options_.auto_exposure || end <= newest_.acts_from) return;
   const Exposure next = auto_exposure_.update(mean, newest_.exposure);
-  if (next != newest_.exposure) wanted_ = next;
+  // What led to the present one leads there again: the camera has no steps or limits that come nearer.
+  if (next != newest_.exposure && next != asked_) wanted_ = next;
 }
 
 void Protocol::on_exposure_set(const Exposure& taken, Time now) {
+  asked_ = wanted_;
   wanted_ = {};
   if (counters_.exposures > 0 && taken == newest_.exposure) return;
   // Counted from the frame that had ended last, which the caller may have taken some time ago; the half is for jitter.

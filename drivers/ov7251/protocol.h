@@ -104,6 +104,7 @@ class Protocol {
   Setting before_;
   Exposure wanted_;
   Exposure refused_;
+  Exposure asked_;  ///< what newest_ was taken for
   Exposure frame_exposure_;
   bool has_last_ = false;
   Time last_stamp_;

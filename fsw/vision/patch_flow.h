@@ -7,8 +7,8 @@
 // Grey levels, gradients and their sums are integers, and so is the system that is solved: every sum is exact, whatever
 // its order, so that vector units of any width give the same bits. What is not a sum is a double, in one order.
 //
-// Cost: points * levels * (iterations + 4) * window * columns samples at most, each about 20 integer operations on 8
-// samples at once, or 16 with AVX2. Columns are 16 for windows up to 13 px, beyond that 24, or 32 with AVX2.
+// Cost: points * (levels * (iterations + 3) + 4) * window * columns samples at most, each about 20 integer operations
+// on 8 samples at once, or 16 with AVX2. Columns are 16 for windows up to 13 px, beyond that 24, or 32 with AVX2.
 
 #include <cstddef>
 #include <cstdint>

@@ -85,9 +85,10 @@ class CameraPort {
   /// kOutOfOrder: the stream was not started.
   virtual Result<PortFrame> receive(Duration timeout) = 0;
 
-  /// Asks for an exposure, which is moved into the camera's limits and steps. Returns what the camera took; images
-  /// follow it one or two frames later. kRejected: as receive(); it is set when the camera comes back, and until then
-  /// the exposure time is as it was, though the gain may not be. kInvalidValue: not above zero, or not finite.
+  /// Asks for an exposure, which is moved into the camera's limits and steps, with as much light in the image, time
+  /// times gain. Returns what the camera took; images follow it one or two frames later. kRejected: as receive(); it is
+  /// set when the camera comes back, and until then the exposure time is as it was, though the gain may not be.
+  /// kInvalidValue: not above zero, or not finite.
   virtual Result<Exposure> set_exposure(const Exposure& wanted) = 0;
 
   virtual const CameraHealth& health() const = 0;

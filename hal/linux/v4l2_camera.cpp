@@ -20,12 +20,16 @@ constexpr int kMaxFramesPerCall = 16;
 // Source: Linux, Documentation/userspace-api/media/v4l/ext-ctrls-camera.rst.
 constexpr Duration kAbsoluteExposureStep = Duration::from_us(100);
 
-// The nearest value that the control has.
+// The largest value that the control has up to this one, else its least.
 std::int32_t to_step(const V4l2Control& control, double value) {
+  constexpr double kRounding = 1e-6;  // of a step: a value that is one is not to fall short of it
   const double bounded = std::clamp<double>(value, control.least, control.most);
-  const std::int64_t most_steps = (std::int64_t{control.most} - control.least) / control.step;
-  const std::int64_t steps = std::llround((bounded - control.least) / control.step);
-  return static_cast<std::int32_t>(control.least + control.step * std::min(steps, most_steps));
+  return control.least +
+         control.step * static_cast<std::int32_t>(std::floor((bounded - control.least) / control.step + kRounding));
+}
+
+std::int32_t to_nearest_step(const V4l2Control& control, double value) {
+  return to_step(control, value + 0.5 * control.step);
 }
 
 }  // namespace
@@ -166,12 +170,13 @@ CameraStamp V4l2Camera::stamp_of(std::uint32_t flags) const {
                                                                                  : CameraStamp::kEndOfFrame;
 }
 
-/// Switches what the camera does by itself off first, which else keeps these controls from being written.
+/// Switches what the camera does by itself off, which else keeps these controls from being written, but only where it
+/// has both.
 int V4l2Camera::find_exposure_controls(V4l2Control& time, V4l2Control& gain) const {
-  int error = settle_control(controls(), V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
-  if (error == 0) error = find_control(controls(), {V4L2_CID_EXPOSURE, V4L2_CID_EXPOSURE_ABSOLUTE}, time);
-  if (error == 0) error = settle_control(controls(), V4L2_CID_AUTOGAIN, 0);
+  int error = find_control(controls(), {V4L2_CID_EXPOSURE, V4L2_CID_EXPOSURE_ABSOLUTE}, time);
   if (error == 0) error = find_control(controls(), {V4L2_CID_GAIN, V4L2_CID_ANALOGUE_GAIN}, gain);
+  if (error == 0) error = settle_control(controls(), V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
+  if (error == 0) error = settle_control(controls(), V4L2_CID_AUTOGAIN, 0);
   return error;
 }
 
@@ -181,8 +186,11 @@ Result<Exposure> V4l2Camera::apply(const Exposure& wanted) {
   int error = find_exposure_controls(time, gain);
   // The limits of the control hold for the mode that is set; a longer exposure would stretch the frame.
   const Duration step = time.id == V4L2_CID_EXPOSURE_ABSOLUTE ? kAbsoluteExposureStep : options_.exposure_step;
+  // A step is coarse against a short exposure: what is cut off the time goes into the gain.
   std::int32_t steps = to_step(time, wanted.time.seconds() / step.seconds());
-  std::int32_t sixteenths = to_step(gain, wanted.gain / options_.gain_step);
+  const double light_s = wanted.time.seconds() * wanted.gain;
+  const double gain_for_time = steps > 0 ? light_s / (step * steps).seconds() : wanted.gain;
+  std::int32_t sixteenths = to_nearest_step(gain, gain_for_time / options_.gain_step);
   // The gain first: whatever fails then leaves the exposure as it was, which time stamps depend on. The gain alone only
   // makes the image brighter or darker, and the next exposure that is asked for sets it again.
   if (error == 0) error = write_control(controls(), gain.id, sixteenths);

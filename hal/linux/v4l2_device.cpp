@@ -35,7 +35,8 @@ v4l2_fract to_fraction(Duration period) {
 
 Duration to_duration(const v4l2_fract& seconds, Duration otherwise) {
   if (seconds.numerator == 0 || seconds.denominator == 0) return otherwise;  // the driver does not say
-  return Duration::from_ns(std::int64_t{seconds.numerator} * kNsPerSecond / seconds.denominator);
+  const Duration told = Duration::from_ns(std::int64_t{seconds.numerator} * kNsPerSecond / seconds.denominator);
+  return told > Duration() ? told : otherwise;
 }
 
 /// The driver of USB cameras flags its stamps as those of the start of the exposure. That they are only when it goes by
@@ -47,7 +48,7 @@ bool is_stamped_by_first_bytes(const v4l2_capability& capability) {
   char value = '0';
   const bool is_told = option >= 0 && read(option, &value, 1) == 1;
   if (option >= 0) ::close(option);
-  return !is_told || value == '0';
+  return !is_told || value == '0' || value == 'N';
 }
 
 /// A buffer for a call, with room for its planes.

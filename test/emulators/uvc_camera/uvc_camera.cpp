@@ -32,6 +32,7 @@ constexpr std::uint8_t kCommit = 2;
 constexpr std::uint8_t kWrongState = 2;
 constexpr std::uint8_t kOutOfRange = 4;
 constexpr std::uint8_t kInvalidControl = 6;
+constexpr std::uint8_t kInvalidRequest = 7;
 
 constexpr std::uint8_t kCanGetAndSet = 0x03;
 constexpr std::uint8_t kChangesByItself = 0x08;
@@ -153,6 +154,7 @@ std::optional<Bytes> UvcCamera::control_interface(const UsbSetup& setup, std::sp
   const bool sets = setup.request == kSetCur;
   if (unit == 0 && control == kRequestError && setup.request == kGetCur) return Bytes{request_error_};
   request_error_ = 0;
+  if (!sets && (setup.request < kGetCur || setup.request > kGetDef)) return refuse(kInvalidRequest);
   if (unit == uvc::kCameraTerminal && control == kAutoExposureMode && abilities_.has_exposure) {
     if (!sets) return number_control(setup, {settings_.auto_exposure, 0, 0, kManual | kAutomatic, kAutomatic}, 1);
     if (data.size() != 1 || (data[0] != kManual && data[0] != kAutomatic)) return refuse(kOutOfRange);

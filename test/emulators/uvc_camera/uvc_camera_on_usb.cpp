@@ -12,6 +12,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <stdexcept>
 #include <utility>
 
@@ -65,6 +66,14 @@ std::string video_device() {
 }  // namespace
 
 UvcCameraOnUsb::UvcCameraOnUsb(uvc::Abilities abilities) : camera_(std::move(abilities)) { put_back(); }
+
+UvcCameraOnUsb::~UvcCameraOnUsb() {
+  try {
+    pull();
+  } catch (const std::exception& error) {
+    std::cerr << "USB camera: " << error.what() << '\n';  // the next one that is plugged in fails
+  }
+}
 
 void UvcCameraOnUsb::pull() {
   if (socket_ < 0) return;

@@ -18,7 +18,7 @@ class UvcCameraOnUsb {
  public:
   /// Plugs it in. Throws where the kernel does not take it.
   explicit UvcCameraOnUsb(uvc::Abilities abilities = {});
-  ~UvcCameraOnUsb() { pull(); }
+  ~UvcCameraOnUsb();
   UvcCameraOnUsb(const UvcCameraOnUsb&) = delete;
   UvcCameraOnUsb& operator=(const UvcCameraOnUsb&) = delete;
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <vector>
 
@@ -149,6 +150,26 @@ TEST_F(Ov7251Protocol, AsksAgainForAnExposureThatWasRefused) {
   EXPECT_EQ(protocol.wanted(), first);
   EXPECT_EQ(protocol.counters().refused, 1U);
   EXPECT_EQ(protocol.counters().refused.value, EIO);
+}
+
+// Its gain ends before the light does: the same again would change nothing.
+TEST_F(Ov7251Protocol, AsksOnceForWhatTheCameraHasNot) {
+  Protocol protocol({});
+  protocol.start(kPeriod);
+  int last_asked = -1;
+  for (int i = 0; i < 60; ++i) {
+    PortFrame dark = next();
+    std::fill(pixels_.begin(), pixels_.end(), static_cast<std::uint8_t>(5));
+    if (protocol.wanted().time > Duration()) {
+      const Exposure taken = {.time = protocol.wanted().time, .gain = std::min(protocol.wanted().gain, 2.0)};
+      protocol.on_exposure_set(taken, dark.t);
+      last_asked = i;
+    }
+    ASSERT_TRUE(protocol.on_frame(dark));
+  }
+  EXPECT_EQ(protocol.exposure().gain, 2.0);
+  EXPECT_GT(last_asked, 0);
+  EXPECT_LT(last_asked, 40);
 }
 
 }  // namespace
