@@ -57,6 +57,7 @@ void Estimator<Config>::reset() {
   last_range_t_ = Time::never();
   last_ranged_track_t_ = Time::never();
   started_t_ = Time::never();
+  started_excited_ = false;
   last_range_sample_t_ = Time::never();
   range_depths_m_.clear();
   const std::uint32_t resets = nav_.reset_count + 1;

@@ -223,8 +223,8 @@ int find_control(const DeviceFile& file, std::initializer_list<std::uint32_t> id
   for (const std::uint32_t id : ids) {
     v4l2_queryctrl query{};
     query.id = id;
-    constexpr std::uint32_t kNotNow = V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY | V4L2_CTRL_FLAG_INACTIVE;
-    if (file.call(VIDIOC_QUERYCTRL, &query) != 0 || (query.flags & kNotNow) != 0 || query.step <= 0) continue;
+    constexpr std::uint32_t kNever = V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY;
+    if (file.call(VIDIOC_QUERYCTRL, &query) != 0 || (query.flags & kNever) != 0 || query.step <= 0) continue;
     control = {.id = id, .least = query.minimum, .most = query.maximum, .step = query.step};
     return 0;
   }

@@ -88,7 +88,8 @@ struct V4l2Control {
   std::int32_t step = 1;
 };
 
-/// The first of these controls that can be written now. EINVAL: there is none.
+/// The first of these controls that can be written, at the latest once the camera does not set it by itself. EINVAL:
+/// there is none.
 int find_control(const DeviceFile& file, std::initializer_list<std::uint32_t> ids, V4l2Control& control);
 /// Writes a value, which becomes the one that the control has then: a driver moves it into its limits, and some devices
 /// into steps that they do not tell.

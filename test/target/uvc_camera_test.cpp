@@ -243,7 +243,7 @@ TEST_F(KernelUvcOv7251, BringsItsImagesToTheTarget) {
       right = made.fill_per_ms == fill_per_ms && factor < ov7251::kBand && factor > 1.0 / ov7251::kBand ? right + 1 : 0;
     };
     EXPECT_TRUE(run(look, [&] { return right >= 5; }));
-    EXPECT_GT(counters().exposures, changes + 1);
+    EXPECT_GT(counters().exposures, changes);
     EXPECT_LE(unknown, counters().exposures - changes) << "more than one image at each change";
   }
   EXPECT_EQ(counters().refused, 0U);
@@ -257,7 +257,8 @@ TEST_F(KernelUvcOv7251, StampsTheMiddleOfTheExposureHoweverLongItIs) {
     begin({.auto_exposure = false, .exposure = {.time = exposure}, .longest_exposure = exposure});
     std::vector<std::int64_t> late_ns;
     const auto look = [&](const CameraFrame& frame, const UvcImage& made) {
-      if (made.exposure_ns() == exposure.ns()) late_ns.push_back(frame.t_exposure_mid.ns() - made.middle_ns());
+      const bool acts = std::abs(made.exposure_ns() - exposure.ns()) < 2 * kUnit.ns();  // in lines, then in steps
+      if (acts) late_ns.push_back(frame.t_exposure_mid.ns() - made.middle_ns());
     };
     ASSERT_TRUE(run(look, [&] { return late_ns.size() >= 12; }));
     late_ns.erase(late_ns.begin(), late_ns.begin() + 2);  // the change acts on
