@@ -37,7 +37,6 @@ void Estimator<Config>::begin_filter(Time t, const CoreState& core, const Mat15&
   state_.t = t;
   state_.core = core;
   started_t_ = t;
-  started_excited_ = false;
   state_.set_calibration(calibration_, options_.calibration);
   state_.covariance().template fixed<15, 15>(0, 0) = covariance;
   drop_ranges_before(t, RangeOutcome::kStale);

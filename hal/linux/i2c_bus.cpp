@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 
 #include "hal/linux/monotonic_clock.h"
+#include "hal/linux/open_error.h"
 
 namespace plumb {
 
@@ -17,8 +17,7 @@ std::unique_ptr<LinuxI2cBus> LinuxI2cBus::open(const std::string& device, std::s
   std::unique_ptr<LinuxI2cBus> bus(new LinuxI2cBus(device));
   const char* const wrong = bus->connect();
   if (*wrong == '\0') return bus;
-  error = device + ": " + wrong;
-  if (errno != 0) error += std::string(": ") + std::strerror(errno);
+  error = open_error(device, wrong);
   return nullptr;
 }
 

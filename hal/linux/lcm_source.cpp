@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <lcm/lcm.h>
-#include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -10,6 +9,8 @@
 
 #include <cerrno>
 #include <cstring>
+
+#include "hal/linux/route_netlink.h"
 
 namespace plumb {
 namespace {
@@ -38,21 +39,14 @@ unsigned interface_towards(in_addr address) {
   request.attribute.rta_len = RTA_LENGTH(sizeof address);
   request.attribute.rta_type = RTA_DST;
   request.destination = address;
-  alignas(nlmsghdr) char answer[4096];
-  const int kernel = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
-  const bool sent = kernel >= 0 && send(kernel, &request, sizeof request, 0) == sizeof request;
-  const ssize_t size = sent ? recv(kernel, answer, sizeof answer, 0) : -1;
-  if (kernel >= 0) close(kernel);
-  auto* head = reinterpret_cast<nlmsghdr*>(answer);
-  if (size < 0 || !NLMSG_OK(head, static_cast<std::size_t>(size)) || head->nlmsg_type != RTM_NEWROUTE) return 0;
-  auto left = static_cast<int>(RTM_PAYLOAD(head));
-  for (auto* a = RTM_RTA(static_cast<rtmsg*>(NLMSG_DATA(head))); RTA_OK(a, left); a = RTA_NEXT(a, left)) {
-    if (a->rta_type != RTA_OIF) continue;
-    unsigned index = 0;
-    std::memcpy(&index, RTA_DATA(a), sizeof index);
-    return index;
-  }
-  return 0;
+  RouteAnswer answer;
+  const nlmsghdr* const head = ask_kernel(request, RTM_NEWROUTE, answer);
+  if (head == nullptr) return 0;
+  const auto* found = static_cast<const rtmsg*>(NLMSG_DATA(head));
+  const rtattr* const interface = find_attribute(RTM_RTA(found), RTM_PAYLOAD(head), RTA_OIF);
+  unsigned index = 0;
+  if (interface != nullptr) std::memcpy(&index, RTA_DATA(interface), sizeof index);
+  return index;
 }
 
 bool is_loopback(unsigned interface) {

@@ -10,9 +10,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 
 #include "hal/linux/monotonic_clock.h"
+#include "hal/linux/open_error.h"
 
 namespace plumb {
 namespace {
@@ -66,8 +66,7 @@ std::unique_ptr<LinuxSerialPort> LinuxSerialPort::open(const std::string& device
   errno = 0;
   const char* const wrong = port->connect();
   if (*wrong == '\0') return port;
-  error = device + ": " + wrong;
-  if (errno != 0) error += std::string(": ") + std::strerror(errno);
+  error = open_error(device, wrong);
   return nullptr;
 }
 

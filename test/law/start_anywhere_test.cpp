@@ -173,7 +173,9 @@ TEST(StartAnywhere, AfterResetsInLivelyMotion) {
       double squares = 0.0;
       int points = 0;
       for (const sim::ErrorPoint& point : errors) {
-        if (point.t_s < first_s + 1.0) squares += point.error.position_m.squaredNorm(), ++points;
+        if (point.t_s >= first_s + 1.0) break;
+        squares += point.error.position_m.squaredNorm();
+        ++points;
       }
       drift_m += std::sqrt(squares / points) / kStarts;
       const auto soon = std::find_if(errors.begin(), errors.end(),

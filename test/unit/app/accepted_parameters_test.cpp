@@ -86,6 +86,17 @@ bool use(const Parameters& parameters, std::string_view name) {
   return true;
 }
 
+/// Sets a third of all parameters to any value of their ranges.
+void draw(test::Generator& g, Parameters& parameters) {
+  for (const ParamRow<Parameters>& row : parameter_table().rows()) {
+    const double share = g.uniform(0.0, 1.0);
+    double value = row.min > 0.0 ? row.min * std::pow(row.max / row.min, share) : row.min + share * (row.max - row.min);
+    if (row.kind != ParamKind::kReal) value = std::round(value);
+    if (g.integer(0, 2) > 0) value = row.default_value;
+    ASSERT_EQ(parameter_table().set(parameters, row.name, std::clamp(value, row.min, row.max)).status, Status::kOk);
+  }
+}
+
 TEST(AcceptedParameters, EachAtTheEndsOfItsRangeIsFlown) {
   for (const ParamRow<Parameters>& row : parameter_table().rows()) {
     for (const double value : {row.min, row.max}) {
@@ -116,14 +127,7 @@ TEST(AcceptedParameters, AnyTogetherAreFlown) {
   test::for_all(80, [&used](test::Generator& g) {
     Parameters parameters;
     const char* part = std::array{"", "tracker.", "modes."}[static_cast<std::size_t>(g.integer(0, 2))];
-    for (const ParamRow<Parameters>& row : parameter_table().rows()) {
-      const double share = g.uniform(0.0, 1.0);
-      double value =
-          row.min > 0.0 ? row.min * std::pow(row.max / row.min, share) : row.min + share * (row.max - row.min);
-      if (row.kind != ParamKind::kReal) value = std::round(value);
-      if (g.integer(0, 2) > 0) value = row.default_value;
-      ASSERT_EQ(parameter_table().set(parameters, row.name, std::clamp(value, row.min, row.max)).status, Status::kOk);
-    }
+    ASSERT_NO_FATAL_FAILURE(draw(g, parameters));
     used += use(parameters, part) ? 1 : 0;
   });
   EXPECT_GT(used, 20);
@@ -136,12 +140,7 @@ TEST(AcceptedParameters, ATrackerOfFittingPartsWithRoomIsTaken) {
   int taken = 0;
   test::for_all(2000, [&](test::Generator& g) {
     Parameters parameters;
-    for (const ParamRow<Parameters>& row : parameter_table().rows()) {
-      if (g.integer(0, 2) > 0) continue;
-      const double value =
-          row.kind == ParamKind::kReal ? g.uniform(row.min, row.max) : std::round(g.uniform(row.min, row.max));
-      ASSERT_EQ(parameter_table().set(parameters, row.name, value).status, Status::kOk);
-    }
+    ASSERT_NO_FATAL_FAILURE(draw(g, parameters));
     if (!conflicts_in(parameters).empty() || !TrackerOptions::has_room(parameters.tracker, lens)) return;
     EXPECT_EQ(TrackerOptions::check(parameters.tracker, lens, FlightConfig::kMaxTracks), Status::kOk);
     ++taken;
