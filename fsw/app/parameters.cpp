@@ -187,8 +187,6 @@ constexpr std::array kRows{
                                         "odd side of the tracked patch"),
     tracker<&TrackerOptions::levels>("tracker.levels", "1", 1, TrackerOptions::kMaxPyramidLevels, kNever,
                                      "pyramid levels including the full image"),
-    tracker<&TrackerOptions::backward_levels>("tracker.backward_levels", "1", 1, TrackerOptions::kMaxPyramidLevels,
-                                              kNever, "pyramid levels of the forward-backward check"),
     tracker<&TrackerOptions::max_iterations>("tracker.max_iterations", "1", 1, 100, kNever,
                                              "Lucas-Kanade steps per level"),
     tracker<&TrackerOptions::epsilon_px>("tracker.epsilon", "px", 1e-6, 10.0, kNever,
@@ -197,12 +195,10 @@ constexpr std::array kRows{
                                              "smallest eigenvalue of a patch's structure tensor"),
     tracker<&TrackerOptions::light_change>("tracker.light_change", "1", 0, 1, kNever,
                                            "follow patches whose light changes by a gain and an offset"),
-    tracker<&TrackerOptions::forward_backward_px>("tracker.forward_backward", "px", 1e-3, 100.0, kInFlight,
-                                                  "tracking back must return this close"),
     tracker<&TrackerOptions::max_residual>("tracker.max_residual", "grey levels", 0.1, 255.0, kInFlight,
                                            "mean absolute difference of the patch"),
     tracker<&TrackerOptions::min_similarity>("tracker.min_similarity", "1", 0.01, 0.999, kInFlight,
-                                             "correlation with its own patch below which a feature takes a new one"),
+                                             "correlation with its first patch below which a feature ends"),
     tracker<&TrackerOptions::max_correction_px>("tracker.max_correction", "px", 1e-3, 100.0, kInFlight,
                                                 "between flow and patch alignment, above which likewise"),
     tracker<&TrackerOptions::outlier_px>("tracker.outlier", "px", 1e-3, 100.0, kInFlight,
@@ -281,7 +277,6 @@ FixedVector<const char*, kMaxConflicts> conflicts_in(const Parameters& parameter
   expect(tracker.tile_columns * tracker.tile_rows <= static_cast<std::int32_t>(kMaxTiles),
          "tracker.tile_columns times tracker.tile_rows must be at most 64");
   static_assert(kMaxTiles == 64, "the sentence above says so");
-  expect(tracker.backward_levels <= tracker.levels, "tracker.backward_levels must not be above tracker.levels");
   expect(tracker.fast_threshold_min <= tracker.fast_threshold_max,
          "tracker.fast_threshold_min must not be above tracker.fast_threshold_max");
   expect(!range.enabled || !range.facet || parameters.modes.range_timeout_s > range.facet_after_s,

@@ -23,7 +23,7 @@ const ParamTable<Parameters>& parameter_table();
 /// ParamTable::crc() of it.
 std::uint32_t parameter_table_crc();
 
-inline constexpr std::size_t kMaxConflicts = 9;
+inline constexpr std::size_t kMaxConflicts = 8;
 /// What is wrong with values that each are in range but do not fit each other, a sentence each. What depends on the
 /// image besides stands in TrackerOptions::check.
 FixedVector<const char*, kMaxConflicts> conflicts_in(const Parameters& parameters);

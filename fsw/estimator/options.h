@@ -33,7 +33,7 @@ struct ImuOptions {
 };
 
 struct VisionOptions {
-  double pixel_noise_px = 1.0;      ///< 1 sigma of a tracked feature, its drift from image to image included
+  double pixel_noise_px = 0.35;     ///< 1 sigma of a tracked feature, its drift from image to image included
   int pixel_noise_images = 0;       ///< images over which the noise follows the innovations; 0: it stays
   double pixel_noise_min_px = 0.3;  ///< and the limits it keeps to
   double pixel_noise_max_px = 3.0;

@@ -23,12 +23,10 @@ namespace plumb {
 struct TrackerReport {
   std::uint32_t before = 0;           ///< live tracks before the frame
   std::uint32_t lost_prediction = 0;  ///< predicted outside the image
-  std::uint32_t lost_flow = 0;        ///< no convergence, patch changed, or too near to the edge
-  std::uint32_t lost_backward = 0;    ///< neither like its patch nor back to where it came from
+  std::uint32_t lost_flow = 0;        ///< not followed from the last image, or too near to the edge
+  std::uint32_t lost_patch = 0;       ///< not found again as the patch that they started as
   std::uint32_t lost_outlier = 0;     ///< two-view outliers
   std::uint32_t lost_crowded = 0;     ///< ran into an older track
-  std::uint32_t lost_texture = 0;     ///< a new patch was due and there was not enough texture for one
-  std::uint32_t reanchored = 0;       ///< given a new patch
   std::uint32_t started = 0;          ///< new features
   std::uint32_t started_wanted = 0;   ///< of these, at points that the filter asked for
   std::uint32_t searched_tiles = 0;   ///< tiles in which corners were looked for
@@ -47,7 +45,6 @@ class FeatureTracker final : public Tracker<MaxTracks> {
                              FeatureFrame<MaxTracks>& out) override;
   /// Only options that nothing has been laid out by: what the others say stays.
   void use(const TrackerOptions& options) override {
-    options_.forward_backward_px = options.forward_backward_px;
     options_.max_residual = options.max_residual;
     options_.min_similarity = options.min_similarity;
     options_.max_correction_px = options.max_correction_px;
@@ -75,7 +72,6 @@ class FeatureTracker final : public Tracker<MaxTracks> {
     Quat q_CCanchor = Quat::Identity();  ///< rotation since the patch was taken
     float patch_scale = 1.0F;            ///< size of the patch in the last image over its size when it was taken
     std::uint16_t slot = 0;              ///< its place in anchors_
-    bool aligned = false;                ///< found again by its patch
     bool keep = true;
   };
   /// The patch of a track and where the camera saw it when it was taken.
@@ -89,12 +85,10 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   void predict(const MotionPrediction& motion, double interval_ratio);
   void follow();
   void align(const MotionPrediction& motion);
-  void align_track(const MotionPrediction& motion, Track& track, const FlowPoint& point);
-  void follow_back();
+  bool align_track(const MotionPrediction& motion, Track& track, const FlowPoint& point);
   bool anchor(Track& track);
   void reject_outliers(const MotionPrediction& motion);
   void drop_crowded();
-  void renew_patches();
   std::uint32_t drop_unkept();
   void start_wanted(const MotionPrediction& motion);
   bool crowded(const Vec2& pixel) const;
@@ -113,9 +107,8 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   TileGrid<kMaxTiles> tiles_;
   SpacingMask mask_;
 
-  FixedVector<Track, MaxTracks> tracks_;                   ///< in order of id
-  FixedVector<FlowPoint, MaxTracks> points_;               ///< point i belongs to track i
-  std::array<std::array<float, 2>, MaxTracks> came_from_;  ///< where doubtful point i was in the previous image
+  FixedVector<Track, MaxTracks> tracks_;      ///< in order of id
+  FixedVector<FlowPoint, MaxTracks> points_;  ///< point i belongs to track i
   std::array<Anchor, MaxTracks> anchors_;
   FixedVector<std::uint16_t, MaxTracks> free_slots_;
   FixedVector<BearingMatch, MaxTracks> matches_;

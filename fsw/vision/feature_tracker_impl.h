@@ -78,10 +78,8 @@ Status FeatureTracker<MaxTracks, Kernels>::track(const CameraFrame& frame, const
     predict(usable, std::fmin(ratio, tracker_detail::kMaxIntervalRatio));
     follow();
     align(usable);
-    follow_back();
     reject_outliers(usable);
     drop_crowded();
-    renew_patches();
   }
   start_wanted(motion);
   detect();
@@ -122,87 +120,58 @@ void FeatureTracker<MaxTracks, Kernels>::predict(const MotionPrediction& motion,
 
 template <std::size_t MaxTracks, class Kernels>
 void FeatureTracker<MaxTracks, Kernels>::follow() {
-  kernels_.follow({points_.data(), points_.size()}, FlowDirection::kForward);
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    Track& track = tracks_[i];
-    const FlowPoint& point = points_[i];
-    track.keep = point.found && static_cast<double>(point.residual) <= options_.max_residual &&
-                 inside(static_cast<double>(point.to_u_px), static_cast<double>(point.to_v_px));
-  }
-}
-
-template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::align(const MotionPrediction& motion) {
+  kernels_.follow({points_.data(), points_.size()});
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (!tracks_[i].keep) continue;
-    points_[kept++] = points_[i];
-    align_track(motion, tracks_[i], points_[i]);
+    const FlowPoint& point = points_[i];
+    tracks_[i].keep = point.found && static_cast<double>(point.residual) <= options_.max_residual &&
+                      inside(static_cast<double>(point.to_u_px), static_cast<double>(point.to_v_px));
+    if (tracks_[i].keep) points_[kept++] = point;
   }
   points_.resize(kept);
   report_.lost_flow = drop_unkept();
 }
 
+// A track whose patch is not found again ends: given a new one it would go on as another point, and the filter would
+// take the step between the two for motion.
+template <std::size_t MaxTracks, class Kernels>
+void FeatureTracker<MaxTracks, Kernels>::align(const MotionPrediction& motion) {
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    track.keep = align_track(motion, track, points_[i]) &&
+                 inside(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) && locate(track);
+    if (track.keep)
+      track.drift_px = Vec2(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) - track.rotated_px;
+  }
+  report_.lost_patch = drop_unkept();
+}
+
 // The patch is warped by what the rotation since its capture, and the lens, do to it; how it grows as the camera comes
 // nearer is found by the alignment itself.
 template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& motion, Track& track,
+bool FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& motion, Track& track,
                                                      const FlowPoint& point) {
-  track.aligned = false;
-  track.u_px = point.to_u_px;
-  track.v_px = point.to_v_px;
   track.q_CCanchor = (motion.q_CnowCprev * track.q_CCanchor).normalized();
   const Anchor& anchor = anchors_[track.slot];
   const Mat3 rotation = track.q_CCanchor.toRotationMatrix();
   const Vec3 ray_C = rotation * anchor.ray_C;
-  if (!(ray_C.z() > tracker_detail::kMinForward)) return;
+  if (!(ray_C.z() > tracker_detail::kMinForward)) return false;
   const Vec2 normalised = ray_C.template head<2>() / ray_C.z();
   Vec2 pixel;
   Mat2 px_per_normalised;
-  if (!ok(camera_.distort(normalised, pixel, px_per_normalised))) return;
+  if (!ok(camera_.distort(normalised, pixel, px_per_normalised))) return false;
   const Mat2 turn =
       (rotation.template topLeftCorner<2, 2>() - normalised * rotation.template block<1, 2>(2, 0)) / ray_C.z();
   PatchPosition position{point.to_u_px, point.to_v_px, track.patch_scale};
   if (!ok(anchor.patch.align(kernels_.present(), px_per_normalised * turn * anchor.normalised_per_px, position)))
-    return;
-  const double correction_px = exact::hypot(static_cast<double>(position.u_px - point.to_u_px),
-                                            static_cast<double>(position.v_px - point.to_v_px));
-  track.aligned = static_cast<double>(position.similarity) >= options_.min_similarity &&
-                  correction_px <= options_.max_correction_px;
-  if (!track.aligned) return;
+    return false;
   track.patch_scale = position.scale;
   track.u_px = position.u_px;
   track.v_px = position.v_px;
-}
-
-// A track that no longer looks like its patch must at least lead back to where it came from; it then gets a new
-// patch, see renew_patches().
-template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::follow_back() {
-  std::size_t doubtful = 0;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (tracks_[i].aligned) continue;
-    const FlowPoint forward = points_[i];
-    points_[doubtful++] = {forward.to_u_px, forward.to_v_px, forward.from_u_px, forward.from_v_px, 0.0F, false};
-    came_from_[doubtful - 1] = {forward.from_u_px, forward.from_v_px};
-  }
-  kernels_.follow({points_.data(), doubtful}, FlowDirection::kBackward);
-  std::size_t next = 0;
-  for (Track& track : tracks_) {
-    track.keep = true;
-    if (!track.aligned) {
-      const FlowPoint& back = points_[next];
-      const double miss_px = exact::hypot(static_cast<double>(back.to_u_px - came_from_[next][0]),
-                                          static_cast<double>(back.to_v_px - came_from_[next][1]));
-      ++next;
-      track.keep = back.found && miss_px <= options_.forward_backward_px;
-    }
-    track.keep =
-        track.keep && inside(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) && locate(track);
-    if (track.keep)
-      track.drift_px = Vec2(static_cast<double>(track.u_px), static_cast<double>(track.v_px)) - track.rotated_px;
-  }
-  report_.lost_backward = drop_unkept();
+  const double correction_px = exact::hypot(static_cast<double>(position.u_px - point.to_u_px),
+                                            static_cast<double>(position.v_px - point.to_v_px));
+  return static_cast<double>(position.similarity) >= options_.min_similarity &&
+         correction_px <= options_.max_correction_px;
 }
 
 template <std::size_t MaxTracks, class Kernels>
@@ -255,16 +224,6 @@ void FeatureTracker<MaxTracks, Kernels>::drop_crowded() {
     if (near > 0) u_px[i] = kAway_px;
   }
   report_.lost_crowded = drop_unkept();
-}
-
-template <std::size_t MaxTracks, class Kernels>
-void FeatureTracker<MaxTracks, Kernels>::renew_patches() {
-  for (Track& track : tracks_) {
-    if (track.aligned) continue;
-    track.keep = anchor(track);
-    ++report_.reanchored;
-  }
-  report_.lost_texture = drop_unkept();
 }
 
 template <std::size_t MaxTracks, class Kernels>

@@ -20,10 +20,7 @@ template <std::size_t MaxWidth, std::size_t MaxHeight>
 class FlightKernels {
  public:
   FlightKernels(const CameraCalibration&, const TrackerOptions& options)
-      : levels_(options.levels),
-        backward_levels_(options.backward_levels),
-        window_px_(options.window_px),
-        flow_(options) {}
+      : levels_(options.levels), window_px_(options.window_px), flow_(options) {}
 
   void push(const ImageView& image) {
     present_ = 1 - present_;
@@ -34,13 +31,10 @@ class FlightKernels {
   void forget() { images_ = 0; }
   ImageView present() const { return pyramids_[present_].level(0); }
 
-  void follow(std::span<FlowPoint> points, FlowDirection direction) const {
-    const bool forward = direction == FlowDirection::kForward;
-    const std::int32_t levels = forward ? levels_ : backward_levels_;
+  void follow(std::span<FlowPoint> points) const {
     for (FlowPoint& point : points) {
       point.found = false;
-      if (images_ < 2) continue;
-      follow(pyramids_[forward ? 1 - present_ : present_], pyramids_[forward ? present_ : 1 - present_], levels, point);
+      if (images_ == 2) follow(pyramids_[1 - present_], pyramids_[present_], point);
     }
   }
 
@@ -52,8 +46,8 @@ class FlightKernels {
   using Pyramid = ImagePyramid<MaxWidth, MaxHeight, TrackerOptions::kMaxPyramidLevels>;
 
   // What a coarse level does not find is searched in the next finer one; the last word is that of the finest.
-  void follow(const Pyramid& from, const Pyramid& to, std::int32_t levels, FlowPoint& point) const {
-    for (std::int32_t level = std::min(levels, from.size()) - 1; level >= 0; --level) {
+  void follow(const Pyramid& from, const Pyramid& to, FlowPoint& point) const {
+    for (std::int32_t level = from.size() - 1; level >= 0; --level) {
       const auto size = static_cast<float>(1 << level);
       FlowPoint scaled{point.from_u_px / size, point.from_v_px / size, point.to_u_px / size, point.to_v_px / size};
       flow_.refine(from.level(level), to.level(level), level == 0, scaled);
@@ -65,7 +59,6 @@ class FlightKernels {
   }
 
   std::int32_t levels_;
-  std::int32_t backward_levels_;
   std::int32_t window_px_;
   PatchFlow flow_;
   std::array<Pyramid, 2> pyramids_;  ///< of the last two images

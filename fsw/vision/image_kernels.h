@@ -5,8 +5,8 @@
 //   void push(const ImageView&)   the image becomes the present one, the present one the previous
 //   void forget()                 there is no image any more
 //   ImageView present() const     the present image; valid until the next push
-//   void follow(std::span<FlowPoint>, FlowDirection)
-//                                 finds every point of one image in the other, searching from `to`
+//   void follow(std::span<FlowPoint>)
+//                                 finds every point of the previous image in the present one, searching from `to`
 //   void detect(const TileRect&, std::int32_t threshold, CornerSink&)
 //                                 offers every corner of the present image inside the rectangle
 //
@@ -19,11 +19,6 @@
 #include "fsw/vision/tiles.h"
 
 namespace plumb {
-
-enum class FlowDirection : std::uint8_t {
-  kForward = 0,  ///< from the previous image to the present one
-  kBackward,     ///< from the present image to the previous one
-};
 
 struct FlowPoint {
   float from_u_px = 0.0F;

@@ -36,12 +36,9 @@ Status TrackerOptions::check(const TrackerOptions& options, const CameraCalibrat
   }
   if (!within(options.window_px, 5, kMaxWindow_px) || options.window_px % 2 == 0) return Status::kInvalidValue;
   if (!within(options.levels, 1, kMaxPyramidLevels)) return Status::kInvalidValue;
-  if (!within(options.backward_levels, 1, options.levels)) return Status::kInvalidValue;
   if (!within(options.max_iterations, 1, kMaxIterations)) return Status::kInvalidValue;
   if (!positive(options.epsilon_px) || !positive(options.min_eigenvalue)) return Status::kInvalidValue;
-  if (!positive(options.forward_backward_px) || !positive(options.max_residual) || !positive(options.outlier_px)) {
-    return Status::kInvalidValue;
-  }
+  if (!positive(options.max_residual) || !positive(options.outlier_px)) return Status::kInvalidValue;
   if (!(options.min_similarity > 0.0 && options.min_similarity < 1.0)) return Status::kInvalidValue;
   if (!positive(options.max_correction_px)) return Status::kInvalidValue;
   return has_room(options, calibration) ? Status::kOk : Status::kInvalidValue;

@@ -27,18 +27,16 @@ struct TrackerOptions {
   // Pyramidal Lucas-Kanade.
   std::int32_t window_px = 13;       ///< odd side of the square patch, at most kMaxWindow_px
   std::int32_t levels = 4;           ///< pyramid levels including the full image; at most kMaxPyramidLevels
-  std::int32_t backward_levels = 1;  ///< levels used by the forward-backward check, 1 to levels
   std::int32_t max_iterations = 12;  ///< per level
   double epsilon_px = 0.02;          ///< a smaller step ends the iteration
   double min_eigenvalue = 1e-4;      ///< of the patch's structure tensor, in OpenCV's normalisation
   bool light_change = true;          ///< follow patches whose light changes by a gain and an offset
 
   // Rejection.
-  double forward_backward_px = 0.7;  ///< tracking back must return this close
-  double max_residual = 25.0;        ///< mean absolute grey-level difference of the patch
-  double min_similarity = 0.85;      ///< correlation with the feature's own patch below which a new one is taken
-  double max_correction_px = 1.0;    ///< between the flow and the alignment with the patch, above which likewise
-  double outlier_px = 0.4;           ///< distance to the epipolar line, at the mean focal length
+  double max_residual = 25.0;      ///< mean absolute grey-level difference of the patch
+  double min_similarity = 0.8;     ///< correlation with the patch it was first seen as, below which a feature ends
+  double max_correction_px = 1.0;  ///< between the flow and the alignment with that patch, above which likewise
+  double outlier_px = 0.4;         ///< distance to the epipolar line, at the mean focal length
   std::uint64_t ransac_seed = 0x9E3779B97F4A7C15ULL;
 
   static constexpr std::int32_t kMinBorder_px = 4;  ///< FAST reads a circle of radius 3

@@ -90,7 +90,7 @@ void Follow(benchmark::State& state) {
   }
   for (auto _ : state) {
     std::vector<FlowPoint> points = asked;
-    kernels->follow(points, FlowDirection::kForward);
+    kernels->follow(points);
     benchmark::DoNotOptimize(points.data());
   }
 }

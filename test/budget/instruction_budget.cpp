@@ -29,9 +29,9 @@ class MarkedKernels {
   }
   void forget() { kernels_.forget(); }
   ImageView present() const { return kernels_.present(); }
-  void follow(std::span<FlowPoint> points, FlowDirection direction) const {
+  void follow(std::span<FlowPoint> points) const {
     const RegionScope scope(Region::kFlow);
-    kernels_.follow(points, direction);
+    kernels_.follow(points);
   }
   void detect(const TileRect& rect, std::int32_t threshold, CornerSink& sink) const {
     const RegionScope scope(Region::kDetect);

@@ -30,7 +30,7 @@ ImageView OpenCvKernels::present() const {
   return {image.data, image.cols, image.rows, static_cast<std::int32_t>(image.step)};
 }
 
-void OpenCvKernels::follow(std::span<FlowPoint> points, FlowDirection direction) {
+void OpenCvKernels::follow(std::span<FlowPoint> points) {
   for (FlowPoint& point : points) point.found = false;
   if (points.empty() || images_ < 2) return;
   from_.clear();
@@ -39,12 +39,10 @@ void OpenCvKernels::follow(std::span<FlowPoint> points, FlowDirection direction)
     from_.emplace_back(point.from_u_px, point.from_v_px);
     to_.emplace_back(point.to_u_px, point.to_v_px);
   }
-  const bool forward = direction == FlowDirection::kForward;
   const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, options_.max_iterations,
                               options_.epsilon_px);
-  cv::calcOpticalFlowPyrLK(pyramid_[forward ? 1 - present_ : present_], pyramid_[forward ? present_ : 1 - present_],
-                           from_, to_, status_, error_, cv::Size(options_.window_px, options_.window_px),
-                           (forward ? options_.levels : options_.backward_levels) - 1, stop,
+  cv::calcOpticalFlowPyrLK(pyramid_[1 - present_], pyramid_[present_], from_, to_, status_, error_,
+                           cv::Size(options_.window_px, options_.window_px), options_.levels - 1, stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW, options_.min_eigenvalue);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i].to_u_px = to_[i].x;

@@ -21,7 +21,7 @@ class OpenCvKernels {
   void push(const ImageView& image);
   void forget();
   ImageView present() const;
-  void follow(std::span<FlowPoint> points, FlowDirection direction);
+  void follow(std::span<FlowPoint> points);
   void detect(const TileRect& rect, std::int32_t threshold, CornerSink& sink);
 
  private:

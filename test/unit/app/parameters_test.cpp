@@ -85,7 +85,6 @@ TEST(Parameters, AllThatDoesNotFitIsNamedAtOnce) {
   parameters.estimator.start.motion_window_s = 1.1 * parameters.estimator.start.motion_window_max_s;
   parameters.tracker.window_px = 12;
   parameters.tracker.tile_columns = 64;
-  parameters.tracker.backward_levels = parameters.tracker.levels + 1;
   parameters.tracker.fast_threshold_min = parameters.tracker.fast_threshold_max + 1;
   parameters.modes.range_timeout_s = parameters.estimator.range.facet_after_s;
   EXPECT_EQ(conflicts_in(parameters).size(), kMaxConflicts);

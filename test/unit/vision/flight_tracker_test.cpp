@@ -129,6 +129,30 @@ TEST_F(FlightTrackerTest, StandingStillItDoesNotDrift) {
   }
 }
 
+// From image to image all looks alike, but it is another wall in the end: a track that went on would have slid.
+TEST_F(FlightTrackerTest, ATrackEndsBeforeWhatItSeesBecomesAnother) {
+  constexpr int kFrames = 30;
+  test::Generator g(test::base_seed());
+  const Picture from = paint(test::PaintedWall(g), camera_, {});
+  const Picture to = paint(test::PaintedWall(g), camera_, {});
+  const auto tracker = make();
+  Frame out;
+  std::uint32_t newest_at_first = 0;
+  for (int i = 0; i <= kFrames; ++i) {
+    Picture between = from;
+    for (std::size_t k = 0; k < between.pixels.size(); ++k) {
+      between.pixels[k] = static_cast<std::uint8_t>((from.pixels[k] * (kFrames - i) + to.pixels[k] * i) / kFrames);
+    }
+    between.view.pixels = between.pixels.data();
+    ASSERT_EQ(tracker->track(frame(between, i), {}, out), Status::kOk);
+    ASSERT_GT(out.observations.size(), 20U) << "others take their places";
+    if (i == 0) newest_at_first = out.observations.back().track_id;
+  }
+  const auto went_on = std::count_if(out.observations.begin(), out.observations.end(),
+                                     [&](const FeatureObservation& seen) { return seen.track_id <= newest_at_first; });
+  EXPECT_LT(went_on, 3) << "a hill may resemble a hill";
+}
+
 TEST_F(FlightTrackerTest, WorksWithoutPrediction) {
   const Flight flight = make_flight(camera_, 4);
   const auto tracker = make();

@@ -103,7 +103,7 @@ TEST(PatchFlow, AnExtremeImageMovesNothingEither) {
         point.to_u_px = point.from_u_px;
         point.to_v_px = point.from_v_px;
       }
-      kernels->follow(points, FlowDirection::kForward);
+      kernels->follow(points);
       for (const FlowPoint& point : points) {
         if (!point.found) continue;
         EXPECT_EQ(point.to_u_px, point.from_u_px);
@@ -128,7 +128,7 @@ TEST(PatchFlow, FindsWhatOpenCvFindsTo005Pixels) {
     kernels->push(views.image_2.view);
     const std::vector<FlowPoint> asked = random_points(g, 150);
     std::vector<FlowPoint> found = asked;
-    kernels->follow(found, FlowDirection::kForward);
+    kernels->follow(found);
     const std::vector<FlowPoint> expected = by_opencv(views.image_1.view, views.image_2.view, asked, options);
     for (std::size_t i = 0; i < asked.size(); ++i) {
       if (!found[i].found) ++lost;
@@ -164,7 +164,7 @@ std::vector<FlowPoint> followed(const TrackerOptions& options, const Picture& fr
   const auto kernels = std::make_unique<Kernels>(test::small_lens(), options);
   kernels->push(from.view);
   kernels->push(to.view);
-  kernels->follow(points, FlowDirection::kForward);
+  kernels->follow(points);
   return points;
 }
 
@@ -214,7 +214,7 @@ TEST(PatchFlow, FindsTheTruth) {
     kernels->push(views.image_2.view);
     std::vector<double> misses_px;
     std::vector<FlowPoint> points = random_points(g, 150);
-    kernels->follow(points, FlowDirection::kForward);
+    kernels->follow(points);
     for (const FlowPoint& point : points) {
       const Vec2 truth = views.moved(Vec2(static_cast<double>(point.from_u_px), static_cast<double>(point.from_v_px)));
       const bool in_view = truth.x() > 10.0 && truth.x() < 310.0 && truth.y() > 10.0 && truth.y() < 230.0;
@@ -240,14 +240,12 @@ TEST(PatchFlow, AnImageAgainstItselfMovesNothing) {
     point.to_u_px = point.from_u_px;
     point.to_v_px = point.from_v_px;
   }
-  for (const FlowDirection direction : {FlowDirection::kForward, FlowDirection::kBackward}) {
-    kernels->follow(points, direction);
-    for (const FlowPoint& point : points) {
-      ASSERT_TRUE(point.found);
-      EXPECT_EQ(point.to_u_px, point.from_u_px);
-      EXPECT_EQ(point.to_v_px, point.from_v_px);
-      EXPECT_EQ(point.residual, 0.0F);
-    }
+  kernels->follow(points);
+  for (const FlowPoint& point : points) {
+    ASSERT_TRUE(point.found);
+    EXPECT_EQ(point.to_u_px, point.from_u_px);
+    EXPECT_EQ(point.to_v_px, point.from_v_px);
+    EXPECT_EQ(point.residual, 0.0F);
   }
 }
 
@@ -258,7 +256,7 @@ TEST(PatchFlow, FindsNothingWithoutTextureAnImageOrAFiniteGuess) {
   const auto found = [&kernels](const FlowPoint& asked) {
     std::vector<FlowPoint> points = {asked};
     points.front().found = true;
-    kernels->follow(points, FlowDirection::kForward);
+    kernels->follow(points);
     return points.front().found;
   };
   const FlowPoint middle{100.0F, 100.0F, 101.0F, 100.0F};

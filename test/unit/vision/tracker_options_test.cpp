@@ -36,7 +36,6 @@ TEST(TrackerOptions, RefusesWhatIsOutOfRange) {
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.fast_threshold_max = 256; }), Status::kInvalidValue);
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.window_px = 14; }), Status::kInvalidValue);
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.levels = 7; }), Status::kInvalidValue);
-  EXPECT_EQ(check_with([](TrackerOptions& o) { o.backward_levels = o.levels + 1; }), Status::kInvalidValue);
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.max_iterations = 0; }), Status::kInvalidValue);
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.epsilon_px = 0.0; }), Status::kInvalidValue);
   EXPECT_EQ(check_with([](TrackerOptions& o) { o.outlier_px = kNotANumber; }), Status::kInvalidValue);
