@@ -14,6 +14,7 @@ from plumb_tools.fuzz import Outcome, outcome_of
 from rich.console import Console
 
 COMPILER = "clang++-19"
+REPLAY = Path(__file__).parents[2] / "build/flight/bin/plumb-replay"
 # Breaks on any input that begins with B.
 TARGET = """\
 #include <cstddef>
@@ -47,6 +48,14 @@ def test_a_run_that_found_nothing() -> None:
 
 def test_a_run_that_found_something() -> None:
     assert outcome_of("fuzz_x", BROKEN) == Outcome("fuzz_x", 90, 90, 40, 9, "findings/fuzz_x-crash-0af1")
+
+
+@pytest.mark.skipif(not REPLAY.exists(), reason="plumb-replay is not built")
+def test_the_log_to_begin_with_is_one_that_flies() -> None:
+    """A seed with parameters that are no more would keep the fuzzer before the door."""
+    log = fuzz.SEEDS / "fuzz_log" / "one_image"
+    done = subprocess.run([REPLAY, "--log", log], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed: tools/setup --fuzz")
