@@ -150,7 +150,7 @@ TEST_F(FlightTrackerTest, ATrackEndsBeforeWhatItSeesBecomesAnother) {
   }
   const auto went_on = std::count_if(out.observations.begin(), out.observations.end(),
                                      [&](const FeatureObservation& seen) { return seen.track_id <= newest_at_first; });
-  EXPECT_LT(went_on, 3) << "a hill may resemble a hill";
+  EXPECT_LT(5 * went_on, newest_at_first) << "most must end; a hill may resemble a hill";
 }
 
 TEST_F(FlightTrackerTest, WorksWithoutPrediction) {
