@@ -86,7 +86,7 @@ class FeatureTracker final : public Tracker<MaxTracks> {
   void follow();
   void align(const MotionPrediction& motion);
   bool align_track(const MotionPrediction& motion, Track& track, const FlowPoint& point);
-  bool anchor(Track& track);
+  bool anchor(const Track& track);
   void reject_outliers(const MotionPrediction& motion);
   void drop_crowded();
   std::uint32_t drop_unkept();

@@ -175,7 +175,7 @@ bool FeatureTracker<MaxTracks, Kernels>::align_track(const MotionPrediction& mot
 }
 
 template <std::size_t MaxTracks, class Kernels>
-bool FeatureTracker<MaxTracks, Kernels>::anchor(Track& track) {
+bool FeatureTracker<MaxTracks, Kernels>::anchor(const Track& track) {
   Anchor& anchor = anchors_[track.slot];
   Vec2 pixel;
   Mat2 px_per_normalised;
@@ -183,8 +183,6 @@ bool FeatureTracker<MaxTracks, Kernels>::anchor(Track& track) {
   if (!ok(camera_.distort(track.normalised, pixel, px_per_normalised))) return false;
   anchor.ray_C = track.normalised.homogeneous();
   anchor.normalised_per_px = px_per_normalised.inverse();
-  track.q_CCanchor = Quat::Identity();
-  track.patch_scale = 1.0F;
   return true;
 }
 

@@ -15,7 +15,6 @@ Exit codes: 0 done, 1 a flight that plumb-replay does not fly, 2 bad input, 130 
 """
 
 import argparse
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -24,13 +23,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from plumb_tools.demo.process import StepFailed, exit_code
+from plumb_tools.demo.process import exit_code
 from plumb_tools.report.flight import Flight, read_flight
 from plumb_tools.report.run import FEATURES_FILE
 from plumb_tools.report.tables import Table, read_table
-from plumb_tools.score.pairs import seconds
+from plumb_tools.score.pairs import poses_at, seconds
 from plumb_tools.trajectory import ASL_TRUTH, FloatArray, InputError, IntArray
-from scipy.spatial.transform import Slerp
+from tracker_comparison import replay
 
 ROOT = Path(__file__).parents[2]
 MIN_IMAGES = 8
@@ -90,27 +89,21 @@ class Noise:
 
 
 def yaml_of(settings: list[str]) -> str:
-    """GROUP.NAME=VALUE as a file of parameters."""
-    groups: dict[str, list[str]] = {}
+    """NAME=VALUE each, as a file of parameters."""
+    lines = []
     for setting in settings:
         name, equals, value = setting.partition("=")
-        group, dot, key = name.partition(".")
-        if not (group and dot and key and equals and value):
+        if not (name and equals and value and "." in name):
             raise InputError(f"--params {setting}: expected NAME=VALUE, for example tracker.window=11")
-        groups.setdefault(group, []).append(f"  {key}: {value}\n")
-    return "".join(f"{group}:\n{''.join(lines)}" for group, lines in groups.items()) or "{}"
+        lines.append(f"{name}: {value}\n")
+    return "".join(lines)
 
 
-def fly(replay: Path, flight: Path, parameters: str) -> Table:
-    """The features of a flight that plumb-replay followed."""
+def features_of(program: Path, flight: Path, parameters: str) -> Table:
+    """The features of a flight, as plumb-replay sees them."""
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "parameters.yaml"
-        file.write_text(parameters, encoding="utf-8")
         out = Path(folder) / "out"
-        command: list[str | Path] = [replay, "--asl", flight, "--out", out, "--params", file]
-        done = subprocess.run(command, check=False, capture_output=True, text=True)
-        if done.returncode != 0:
-            raise StepFailed(f"{flight}: {replay} ended with {done.returncode}:\n{done.stderr.strip()}")
+        replay(program, flight, out, parameters)
         return read_table(out / FEATURES_FILE, ("track_id", "u_px", "v_px"))
 
 
@@ -126,9 +119,7 @@ def measurable(flight: Flight, features: Table) -> tuple[Seen, Cameras]:
     t_ns, image = np.unique(features.t_ns[rows], return_inverse=True)
     track = np.unique(features["track_id"][rows], return_inverse=True)[1]
     seen = Seen(track, image, flight.camera.undistort(features.stack(("u_px", "v_px"))[rows]))
-    t_s, truth_s = seconds(t_ns, int(truth.t_ns[0])), seconds(truth.t_ns, int(truth.t_ns[0]))
-    q_WI = Slerp(truth_s, truth.rotation)(t_s)
-    p_WI_m = np.column_stack([np.interp(t_s, truth_s, p) for p in truth.p_m.T])
+    p_WI_m, q_WI = poses_at(truth, seconds(t_ns, int(truth.t_ns[0])), int(truth.t_ns[0]))
     R_CW = (q_WI * flight.q_IC).inv().as_matrix()
     return seen, Cameras(R_CW, p_WI_m + q_WI.apply(flight.p_IC_m), float(np.mean(flight.camera.intrinsics[:2])))
 
@@ -198,7 +189,7 @@ def noise_of(seen: Seen, cameras: Cameras) -> Noise:
     )
 
 
-def measure(flights: list[Path], replay: Path, settings: list[str]) -> None:
+def measure(flights: list[Path], program: Path, settings: list[str]) -> None:
     """Flies and prints the table, each row as soon as it is known."""
     parameters = yaml_of(settings)
     if absent := [folder for folder in flights if not folder.is_dir()]:
@@ -206,7 +197,7 @@ def measure(flights: list[Path], replay: Path, settings: list[str]) -> None:
     read = [read_flight(folder) for folder in flights]
     print(f"| flight | {' | '.join(HEADS)} |\n|---|{'---:|' * len(HEADS)}", flush=True)
     for flight in read:
-        seen, cameras = measurable(flight, fly(replay, flight.folder, parameters))
+        seen, cameras = measurable(flight, features_of(program, flight.folder, parameters))
         try:
             print(f"| {flight.name} | {noise_of(seen, cameras).text()} |", flush=True)
         except InputError as error:
@@ -221,8 +212,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--params", action="append", default=[], metavar="NAME=VALUE", help=what)
     parser.add_argument("--build", type=Path, default=ROOT / "build/flight", help="default: %(default)s")
     arguments = parser.parse_args(argv)
-    replay = arguments.build / "bin/plumb-replay"
-    work = partial(measure, arguments.flights, replay, arguments.params)
+    work = partial(measure, arguments.flights, arguments.build / "bin/plumb-replay", arguments.params)
     return exit_code("track_noise", work, "the rows printed are whole")
 
 

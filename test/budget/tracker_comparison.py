@@ -18,6 +18,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from plumb_tools.demo.process import StepFailed
 from plumb_tools.report.headline import headline_of
 from plumb_tools.report.run import Run, read_run
 from plumb_tools.trajectory import read_truth
@@ -28,12 +29,19 @@ OTHER_DISTANCES_PX = (15, 17, 14, 18, 13, 19)  # shipped is 16
 WHOLE = ("front end", "filter", "whole image")
 
 
-def fly(program: Path, recording: Path, out: Path, parameters: str = "") -> Run:
-    """One replay, with parameters as YAML."""
+def replay(program: Path, recording: Path, out: Path, parameters: str = "") -> None:
+    """One flight, with parameters as YAML; its last words when it fails."""
     file = out.with_suffix(".yaml")
     file.write_text(parameters or "{}", encoding="utf-8")
     command = [str(program), "--asl", str(recording), "--out", str(out), "--params", str(file)]
-    subprocess.run(command, check=True, capture_output=True, text=True)
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise StepFailed(f"{recording}: {program} ended with {done.returncode}:\n{done.stderr.strip()}")
+
+
+def fly(program: Path, recording: Path, out: Path, parameters: str = "") -> Run:
+    """The same, and what it wrote."""
+    replay(program, recording, out, parameters)
     return read_run(out, program.name)
 
 

@@ -98,7 +98,7 @@ def test_tracks_that_tell_no_point_are_left_out() -> None:
 
 def test_parameters_become_a_file_and_bad_input_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert yaml_of(["tracker.window=11", "vision.spot_features=6", "tracker.levels=3"]) == (
-        "tracker:\n  window: 11\n  levels: 3\nvision:\n  spot_features: 6\n"
+        "tracker.window: 11\nvision.spot_features: 6\ntracker.levels: 3\n"
     )
     assert main([str(tmp_path / "none")]) == 2
     assert "no such folder" in capsys.readouterr().err

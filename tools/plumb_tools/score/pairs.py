@@ -79,8 +79,12 @@ def _truth_velocity(truth: Trajectory, truth_s: FloatArray, at_s: FloatArray) ->
     return central_velocity(truth_s, truth.p_m, at_s, half_window)
 
 
-def _evo_trajectory(t_s: FloatArray, p_m: FloatArray, rotation: Rotation) -> PoseTrajectory3D:
-    return PoseTrajectory3D(p_m, rotation.as_quat(scalar_first=True), t_s)
+def poses_at(trajectory: Trajectory, t_s: FloatArray, origin_ns: int) -> tuple[FloatArray, Rotation]:
+    """Positions and rotations interpolated to times in seconds since an origin."""
+    stamps_s = seconds(trajectory.t_ns, origin_ns)
+    path = PoseTrajectory3D(trajectory.p_m, trajectory.rotation.as_quat(scalar_first=True), stamps_s)
+    at = path.interpolate(t_s)
+    return np.asarray(at.positions_xyz), Rotation.from_quat(at.orientations_quat_wxyz, scalar_first=True)
 
 
 def _no_overlap(truth: Trajectory, est: Trajectory, max_time_diff_s: float) -> InputError:
@@ -109,11 +113,11 @@ def associate(truth: Truth, estimate: Estimate, max_time_diff_s: float) -> Pairs
         raise _no_overlap(true, est, max_time_diff_s)
     require_enough(index.size, true, est, max_time_diff_s)
     t_s = est_s[index]
-    at = _evo_trajectory(truth_s, true.p_m, true.rotation).interpolate(t_s)
+    p_m, rotation = poses_at(true, t_s, origin)
     return Pairs(
         t_s,
-        np.asarray(at.positions_xyz),
-        Rotation.from_quat(at.orientations_quat_wxyz, scalar_first=True),
+        p_m,
+        rotation,
         _truth_velocity(true, truth_s, t_s),
         est.p_m[index],
         est.rotation[index],
