@@ -2,20 +2,14 @@
 // Calibration and noise figures, from the sensor.yaml files of an ASL folder or from sections with the same keys.
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "config/yaml_file.h"
+#include "config/section.h"
 #include "fsw/app/nav_job.h"
 #include "fsw/app/parameters.h"
 
 namespace plumb {
-
-/// How a reader takes its steps, which do not depend on each other: the first fault ends the reading, or it is noted
-/// and the next step is taken.
-using Steps = std::function<void(const std::function<void()>& step)>;
-inline const Steps kUntilFirstFault = [](const std::function<void()>& step) { step(); };
 
 // The keys are those of the ASL layout; each reader throws InputError, or hands it to `steps`.
 

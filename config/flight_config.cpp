@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <sstream>
 
 #include "config/input_error.h"
+#include "config/range_section.h"
 #include "config/yaml_file.h"
 #include "drivers/ov7251/sensor.h"
 #include "fsw/base/mission_config.h"
@@ -34,7 +33,7 @@ class Reader {
     if (camera) read_camera_section(*camera);
     std::optional<YamlFile> range;
     if (file_.has("range")) range = section("range");
-    if (range) read_range_section(*range);
+    if (range) read_range_section(*range, setup_, steps_);
     setup_.parameters.estimator.range.enabled = range.has_value();
     if (file_.has("parameters")) {
       if (const auto parameters = section("parameters")) read_parameters(*parameters, setup_.parameters, steps_);
@@ -63,23 +62,6 @@ class Reader {
     for (const std::string& sentence : yaml.unused_keys({"sensor_type", "comment"})) faults_.push_back(sentence);
   }
 
-  /// A number from `min` to `max`, or `value` where the key is missing.
-  static double number(const YamlFile& yaml, const char* key, double value, double min, double max) {
-    const double found = yaml.optional_number(key).value_or(value);
-    if (found >= min && found <= max) return found;
-    std::ostringstream expected;
-    expected << "expected " << min << " to " << max;
-    yaml.fail(key, expected.str());
-  }
-  static int whole(const YamlFile& yaml, const char* key, int value, int min, int max) {
-    const double found = number(yaml, key, value, min, max);
-    if (found != std::floor(found)) yaml.fail(key, "expected a whole number");
-    return static_cast<int>(found);
-  }
-  static Duration milliseconds(const YamlFile& yaml, const char* key, double value) {
-    return Duration::from_seconds(1e-3 * number(yaml, key, value, 0.0, 1000.0));
-  }
-
   CommandAccess access(const std::string& word) const {
     if (word == "off") return CommandAccess::kOff;
     if (word == "local") return CommandAccess::kLocal;
@@ -90,11 +72,12 @@ class Reader {
   void read_imu_section(const YamlFile& yaml) {
     stim300::Settings& settings = setup_.imu.settings;
     steps_([&] { setup_.imu.device = yaml.text("device"); });
-    steps_([&] { settings.baud = static_cast<std::uint32_t>(whole(yaml, "baud", 921600, 1200, 10'000'000)); });
-    steps_([&] { settings.rate_hz = whole(yaml, "rate_hz", settings.rate_hz, 125, 2000); });
-    steps_([&] { settings.accel_range_g = whole(yaml, "accel_range_g", settings.accel_range_g, 5, 80); });
+    steps_([&] { settings.baud = static_cast<std::uint32_t>(whole_in(yaml, "baud", 921600, 1200, 10'000'000)); });
+    steps_([&] { settings.rate_hz = whole_in(yaml, "rate_hz", settings.rate_hz, 125, 2000); });
+    steps_([&] { settings.accel_range_g = whole_in(yaml, "accel_range_g", settings.accel_range_g, 5, 80); });
     steps_([&] {
-      settings.gyro_filter_hz = settings.accel_filter_hz = whole(yaml, "filter_hz", settings.gyro_filter_hz, 16, 262);
+      settings.gyro_filter_hz = settings.accel_filter_hz =
+          whole_in(yaml, "filter_hz", settings.gyro_filter_hz, 16, 262);
     });
     steps_([&] {
       if (!stim300::is_usable(settings)) {
@@ -119,16 +102,8 @@ class Reader {
     return YamlFile(path, &faults_);
   }
 
-  void refuse_keys(const YamlFile& yaml, std::initializer_list<const char*> keys, const char* why) {
-    for (const char* key : keys) {
-      steps_([&] {
-        if (yaml.has(key)) yaml.fail(key, why);
-      });
-    }
-  }
-
   void refuse_beside_kalibr(const YamlFile& yaml, std::initializer_list<const char*> keys) {
-    refuse_keys(yaml, keys, "stands beside kalibr, whose file has it; expected one of the two");
+    refuse_keys(yaml, keys, "stands beside kalibr, whose file has it; expected one of the two", steps_);
   }
 
   /// Null: a section that cannot be read, which is a fault already.
@@ -149,7 +124,6 @@ class Reader {
   void read_camera_section(const YamlFile& yaml) {
     CameraSetup& camera = setup_.camera;
     steps_([&] { camera.device = yaml.text_or("device", ""); });
-    steps_([&] { camera.subdevice = yaml.text_or("subdevice", ""); });
     steps_([&] {
       const std::string model = yaml.text_or("model", "any");
       camera.is_ov7251 = model == "ov7251";
@@ -159,23 +133,34 @@ class Reader {
     steps_([&] {
       if (camera.device.empty() == camera.socket.empty()) yaml.fail("device", "expected either device or socket");
     });
-    steps_([&] { camera.rate_hz = number(yaml, "rate_hz", camera.rate_hz, 1.0, 200.0); });
-    steps_([&] { camera.exposure = milliseconds(yaml, "exposure_ms", 0.0); });
-    steps_([&] { camera.readout = milliseconds(yaml, "readout_ms", 0.0); });
-    steps_([&] { camera.latency = milliseconds(yaml, "latency_ms", 0.0); });
+    steps_([&] {
+      camera.subdevice = yaml.text_or("subdevice", "");
+      if (!camera.subdevice.empty() && camera.device.empty()) {
+        yaml.fail("subdevice", "stands without device, whose sensor it is; expected device");
+      }
+    });
+    steps_([&] { camera.rate_hz = number_in(yaml, "rate_hz", camera.rate_hz, 1.0, 200.0); });
+    steps_([&] { camera.exposure = milliseconds_in(yaml, "exposure_ms", 0.0); });
+    steps_([&] {
+      camera.readout = milliseconds_in(yaml, "readout_ms", 0.0);
+      if (camera.is_ov7251 && yaml.has("readout_ms")) {
+        yaml.fail("readout_ms", "stands beside model: ov7251, whose readout is known; expected one of the two");
+      }
+    });
+    steps_([&] { camera.latency = milliseconds_in(yaml, "latency_ms", 0.0); });
     steps_([&] { read_trigger(yaml); });
     steps_([&] { read_trigger_control(yaml); });
     steps_([&] {
       constexpr Duration kMost = ov7251::kLineTime * (ov7251::kFrameLines.front() - ov7251::kUnexposedLines);
       refuse_without_auto_exposure(yaml, "longest_exposure_ms");
       camera.longest_exposure =
-          Duration::from_seconds(1e-3 * number(yaml, "longest_exposure_ms", 1e3 * camera.longest_exposure.seconds(),
-                                               1e3 * ov7251::kLineTime.seconds(), 1e3 * kMost.seconds()));
+          Duration::from_seconds(1e-3 * number_in(yaml, "longest_exposure_ms", 1e3 * camera.longest_exposure.seconds(),
+                                                  1e3 * ov7251::kLineTime.seconds(), 1e3 * kMost.seconds()));
     });
     steps_([&] {
       refuse_without_auto_exposure(yaml, "target_brightness");
       camera.target_brightness =
-          number(yaml, "target_brightness", camera.target_brightness, ov7251::kMinTarget, ov7251::kMaxTarget);
+          number_in(yaml, "target_brightness", camera.target_brightness, ov7251::kMinTarget, ov7251::kMaxTarget);
     });
   }
 
@@ -218,102 +203,6 @@ class Reader {
     }
   }
 
-  void read_range_section(const YamlFile& yaml) {
-    RangeSetup& range = setup_.range;
-    const bool lidar_lite = yaml.has("i2c");
-    const bool can = yaml.has("can");
-    steps_([&] {
-      if (lidar_lite == can) yaml.fail("i2c", "expected either i2c or can");
-      range.kind = lidar_lite ? RangeDevice::kLidarLite : RangeDevice::kCan;
-      range.device = yaml.text(lidar_lite ? "i2c" : "can");
-    });
-    if (can) read_can_range(yaml);
-    if (lidar_lite) read_lidar_lite(yaml, !can);
-    read_range_finder(yaml, setup_.calibration, setup_.parameters, steps_);
-  }
-
-  /// `alone`: no other device stands beside it, of which there can be only one.
-  void read_lidar_lite(const YamlFile& yaml, bool alone) {
-    lidar_lite::Options& options = setup_.range.lidar_lite;
-    steps_([&] {
-      if (!alone && !yaml.has("model")) return;
-      const std::string model = yaml.text("model");
-      if (model == "v3")
-        options.model = lidar_lite::Model::kV3;
-      else if (model == "v3hp")
-        options.model = lidar_lite::Model::kV3Hp;
-      else if (model == "v4led")
-        options.model = lidar_lite::Model::kV4Led;
-      else
-        yaml.fail("model", "expected v3, v3hp or v4led");
-    });
-    steps_([&] { options.period = milliseconds(yaml, "period_ms", 40.0); });
-    steps_([&] {
-      if (options.period < lidar_lite::kMinPeriod) yaml.fail("period_ms", "expected at least 10 ms");
-    });
-  }
-
-  void read_can_range(const YamlFile& yaml) {
-    can_range::Options& can = setup_.range.can;
-    std::optional<can_range::Protocol> protocol;
-    steps_([&] {
-      const std::string word = yaml.text_or("protocol", "dronecan");
-      if (word == "dronecan")
-        protocol = can_range::Protocol::kDronecan;
-      else if (word == "benewake")
-        protocol = can_range::Protocol::kBenewake;
-      else
-        yaml.fail("protocol", "expected dronecan or benewake");
-    });
-    can.protocol = protocol.value_or(can.protocol);
-    steps_([&] { can.bus_bit_s = whole(yaml, "bus_bit_s", can.bus_bit_s, 10'000, 1'000'000); });
-    steps_([&] { can.latency = milliseconds(yaml, "latency_ms", 0.0); });
-    // Beside a protocol that is not known, the keys of either may be right.
-    if (protocol == can_range::Protocol::kBenewake) {
-      refuse_keys(yaml, {"node_id", "sensor_id", "own_node_id"},
-                  "stands beside protocol: benewake; expected only beside protocol: dronecan");
-    } else {
-      read_dronecan(yaml);
-    }
-    if (protocol == can_range::Protocol::kDronecan) {
-      refuse_keys(yaml, {"can_id", "far_cm", "min_strength"},
-                  "stands beside protocol: dronecan; expected only beside protocol: benewake");
-    } else {
-      read_benewake(yaml);
-    }
-  }
-
-  void read_dronecan(const YamlFile& yaml) {
-    RangeSetup& range = setup_.range;
-    steps_([&] { range.can.node_id = whole(yaml, "node_id", range.can.node_id, can_range::kAny, 127); });
-    steps_([&] { range.can.sensor_id = whole(yaml, "sensor_id", range.can.sensor_id, can_range::kAny, 255); });
-    steps_([&] {
-      if (range.can.node_id == 0) yaml.fail("node_id", "expected 1 to 127, or -1 for any");
-    });
-    steps_([&] {
-      const int id = whole(yaml, "own_node_id", range.node_status.node_id, 1, can_range::kMaxNodeId);
-      if (id == range.can.node_id) yaml.fail("own_node_id", "expected another than the sensor's node_id");
-      range.node_status.node_id = static_cast<std::uint8_t>(id);
-    });
-  }
-
-  void read_benewake(const YamlFile& yaml) {
-    can_range::Options& can = setup_.range.can;
-    constexpr int kMaxWord = std::numeric_limits<std::uint16_t>::max();
-    steps_([&] {
-      can.benewake_id = static_cast<std::uint32_t>(
-          whole(yaml, "can_id", static_cast<int>(can.benewake_id), 0, static_cast<int>(kCanStandardIdMask)));
-    });
-    steps_([&] {
-      can.benewake_far_cm = static_cast<std::uint16_t>(
-          whole(yaml, "far_cm", can.benewake_far_cm, can_range::kMinBenewakeFar_cm, kMaxWord));
-    });
-    steps_([&] {
-      can.benewake_min_strength =
-          static_cast<std::uint16_t>(whole(yaml, "min_strength", can.benewake_min_strength, 0, kMaxWord));
-    });
-  }
-
   void read_threads(const YamlFile& yaml) {
     for (std::size_t i = 0; i < kFlightThreadNames.size(); ++i) {
       const char* name = kFlightThreadNames[i];
@@ -321,8 +210,8 @@ class Reader {
       steps_([&] {
         const YamlFile thread = yaml.section(name);
         ThreadSetup& setup = setup_.threads[i];
-        steps_([&] { setup.priority = whole(thread, "priority", setup.priority, 0, 99); });
-        steps_([&] { setup.core = whole(thread, "core", setup.core, -1, 1023); });
+        steps_([&] { setup.priority = whole_in(thread, "priority", setup.priority, 0, 99); });
+        steps_([&] { setup.core = whole_in(thread, "core", setup.core, -1, 1023); });
         refuse_unknown(thread);
       });
     }

@@ -2,67 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
-#include "config/input_error.h"
-#include "drivers/can_range/decoder.h"
-#include "test/emulators/can_range/can_range_encoder.h"
+#include "test/unit/config/sound_config.h"
 
 namespace plumb {
 namespace {
 
-const std::string kSound = R"(log: flight.lcm
-lcm: udpm://239.255.76.67:7667?ttl=0
-commands: network
-imu:
-  device: /dev/ttyS1
-  accel_range_g: 10
-  T_BS: {data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
-  gyroscope_noise_density: 1e-4
-  gyroscope_random_walk: 2e-5
-  accelerometer_noise_density: 3e-3
-  accelerometer_random_walk: 4e-3
-camera:
-  socket: /run/plumb/camera
-  rate_hz: 20
-  exposure_ms: 4
-  T_BS: {data: [0, -1, 0, 0.5, 1, 0, 0, 0.25, 0, 0, 1, 0.125, 0, 0, 0, 1]}
-  camera_model: pinhole
-  resolution: [640, 480]
-  intrinsics: [400, 410, 319.5, 239.5]
-  distortion_model: none
-range:
-  can: can0
-  node_id: 42
-  own_node_id: 21
-  noise_stddev_m: 0.05
-  max_range_m: 40
-  axis_in_cam: [0, 0, 1]
-  origin_in_cam_m: [0, 0.02, 0]
-parameters:
-  vision.pixel_noise: 0.8
-threads:
-  tick: {priority: 90, core: 3}
-)";
-
-/// The sound file with a piece of it replaced.
-std::string with(const std::string& piece, const std::string& by) {
-  std::string text = kSound;
-  const std::size_t at = text.find(piece);
-  EXPECT_NE(at, std::string::npos) << piece;
-  return text.replace(at, piece.size(), by);
-}
-
-std::vector<std::string> faults_of(const std::string& text) {
-  std::vector<std::string> faults;
-  read_flight_config("flight.yaml", text, faults);
-  return faults;
-}
-
-bool names(const std::vector<std::string>& faults, const std::string& what) {
-  return std::any_of(faults.begin(), faults.end(),
-                     [&](const std::string& fault) { return fault.find(what) != std::string::npos; });
-}
+using test::faults_of;
+using test::kSound;
+using test::names;
+using test::with;
+using test::with_all;
 
 TEST(FlightConfig, ReadsDevicesCalibrationAndParameters) {
   std::vector<std::string> faults;
@@ -114,13 +63,6 @@ TEST(FlightConfig, NamesEveryFaultAtOnce) {
     EXPECT_TRUE(names(faults, what)) << what;
   }
   EXPECT_EQ(faults.size(), 9U);
-}
-
-/// The sound file with pieces of it replaced.
-std::string with_all(const std::vector<std::pair<std::string, std::string>>& pieces) {
-  std::string text = kSound;
-  for (const auto& [piece, by] : pieces) text.replace(text.find(piece), piece.size(), by);
-  return text;
 }
 
 TEST(FlightConfig, AKeyThatStandsTwiceHidesNoOtherFault) {
@@ -188,93 +130,6 @@ TEST(FlightConfig, AFileThatHoldsItselfIsRefused) {
   EXPECT_TRUE(names(faults_of("log: &l [*l]\n"), "key 'log': expected one word, found "));
 }
 
-TEST(FlightConfig, RefusesANodeIdThatCannotBeItsOwn) {
-  for (const char* bad : {"0", "128", "-1", "21.5", "42"}) {
-    const std::vector<std::string> faults = faults_of(with("own_node_id: 21", std::string("own_node_id: ") + bad));
-    EXPECT_TRUE(names(faults, "'range.own_node_id'")) << bad;
-  }
-}
-
-/// The sound file with a Benewake, and further keys of its section.
-std::string with_benewake(const std::string& keys) {
-  return with("node_id: 42\n  own_node_id: 21\n", "protocol: benewake\n" + keys);
-}
-
-// Range finders on one bus are told apart by what the file says, whichever way they speak.
-TEST(FlightConfig, ABenewakeIsHeardUnderTheIdentifierThatTheFileGives) {
-  constexpr Time kNow = Time::from_ns(1'000'000'000);
-  const auto hears = [&](const std::string& keys, unsigned distance_cm, unsigned strength) {
-    std::vector<std::string> faults;
-    const can_range::Options options = read_flight_config("flight.yaml", with_benewake(keys), faults).range.can;
-    EXPECT_EQ(faults, std::vector<std::string>{}) << keys;
-    can_range::Decoder decoder(options);
-    CanFrame frame = test::benewake_frame(distance_cm, strength);
-    frame.id = 0x123;
-    const CanFilter filter = decoder.filter();
-    const Result<can_range::Reading> reading = decoder.decode({kNow, frame});
-    EXPECT_EQ((frame.id & filter.mask) == (filter.id & filter.mask), static_cast<bool>(reading)) << keys;
-    return reading;
-  };
-  EXPECT_EQ(hears("", 1234, 500).status(), Status::kNotReady);
-  const auto quality = [&](const std::string& keys, unsigned distance_cm, unsigned strength) {
-    const Result<can_range::Reading> reading = hears("  can_id: 291\n" + keys, distance_cm, strength);
-    EXPECT_TRUE(reading) << keys;
-    return reading ? reading->sample.quality : RangeQuality::kNoReturn;
-  };
-  EXPECT_EQ(quality("", 1234, 500), RangeQuality::kValid);
-  EXPECT_EQ(quality("  min_strength: 501\n", 1234, 500), RangeQuality::kWeak);
-  EXPECT_EQ(quality("  min_strength: 500\n", 1234, 500), RangeQuality::kValid);
-  EXPECT_EQ(quality("  far_cm: 1234\n", 1234, 500), RangeQuality::kNoReturn);
-  EXPECT_EQ(quality("  far_cm: 1235\n", 1234, 500), RangeQuality::kValid);
-}
-
-TEST(FlightConfig, ANodeIsHeardAsTheFileSays) {
-  std::vector<std::string> faults;
-  const can_range::Options options =
-      read_flight_config("flight.yaml", with("node_id: 42", "node_id: 42\n  sensor_id: 3"), faults).range.can;
-  EXPECT_EQ(faults, std::vector<std::string>{});
-  for (const auto& [node, sensor] : {std::pair{42U, 3U}, {42U, 2U}, {41U, 3U}}) {
-    can_range::Decoder decoder(options);
-    bool heard = false;
-    for (const CanFrame& frame : test::measurement_frames({.node_id = node, .sensor_id = sensor}, 12.5, 1, 0)) {
-      heard = decoder.decode({Time::from_ns(1'000'000'000), frame}) || heard;
-    }
-    EXPECT_EQ(heard, node == 42 && sensor == 3) << node << " " << sensor;
-  }
-}
-
-TEST(FlightConfig, RefusesValuesThatNoBenewakeHas) {
-  for (const char* bad : {"can_id: -1", "can_id: 2048", "can_id: 3.5", "can_id: three", "far_cm: 1", "far_cm: 65536",
-                          "far_cm: 180.5", "min_strength: -1", "min_strength: 65536", "min_strength: 0.5"}) {
-    const std::string key(bad, std::string(bad).find(':'));
-    const std::vector<std::string> faults = faults_of(with_benewake("  " + std::string(bad) + "\n"));
-    EXPECT_EQ(faults.size(), 1U) << bad << testing::PrintToString(faults);
-    EXPECT_TRUE(names(faults, "flight.yaml line 24: key 'range." + key + "': expected ")) << bad;
-  }
-  EXPECT_EQ(faults_of(with_benewake("  can_id: 2048\n")),
-            std::vector<std::string>{"flight.yaml line 24: key 'range.can_id': expected 0 to 2047, found '2048'"});
-}
-
-TEST(FlightConfig, RefusesKeysOfTheOtherProtocol) {
-  for (const char* key : {"node_id", "sensor_id", "own_node_id"}) {
-    EXPECT_EQ(faults_of(with_benewake("  " + std::string(key) + ": 7\n")),
-              std::vector<std::string>{"flight.yaml line 24: key 'range." + std::string(key) +
-                                       "': stands beside protocol: benewake; expected only beside protocol: dronecan, "
-                                       "found '7'"});
-  }
-  for (const char* key : {"can_id", "far_cm", "min_strength"}) {
-    for (const char* protocol : {"", "  protocol: dronecan\n"}) {
-      const std::vector<std::string> faults =
-          faults_of(with("  own_node_id: 21\n", std::string(protocol) + "  " + key + ": 7\n"));
-      EXPECT_EQ(faults.size(), 1U) << testing::PrintToString(faults);
-      EXPECT_TRUE(names(faults, "key 'range." + std::string(key) +
-                                    "': stands beside protocol: dronecan; expected only beside protocol: benewake"));
-    }
-    // Which of them is right nobody can say beside a protocol that is none.
-    EXPECT_EQ(faults_of(with("own_node_id: 21", std::string("protocol: foo\n  ") + key + ": 7")).size(), 1U);
-  }
-}
-
 TEST(FlightConfig, RefusesWhatNobodyKnows) {
   EXPECT_TRUE(names(faults_of(with("rate_hz: 20", "rate: 20")), "camera.rate"));
   EXPECT_TRUE(names(faults_of(with("lcm:", "lmc:")), "'lmc'"));
@@ -315,16 +170,6 @@ TEST(FlightConfig, EachPairOfParametersThatDoesNotFitIsTold) {
                                         {"[400, 410, 319.5, 239.5]", "[40, 41, 19.5, 19.5]"},
                                         {"vision.pixel_noise: 0.8", "tracker.border: 18\n  tracker.window: 12"}})),
                     "too little of the image"));
-}
-
-TEST(FlightConfig, TwoRangeFindersHideNoFaultOfEither) {
-  const std::vector<std::string> faults =
-      faults_of(with("own_node_id: 21", "own_node_id: 0\n  i2c: /dev/i2c-1\n  period_ms: 5\n  latency_ms: -1"));
-  for (const char* what : {"expected either i2c or can", "'range.own_node_id': expected 1 to 127",
-                           "'range.latency_ms': expected 0 to 1000", "'range.period_ms': expected at least 10 ms"}) {
-    EXPECT_TRUE(names(faults, what)) << what;
-  }
-  EXPECT_EQ(faults.size(), 4U) << testing::PrintToString(faults);
 }
 
 TEST(FlightConfig, AMisspelledLensMakesItsCoefficientsNoUnknownKey) {
@@ -385,13 +230,15 @@ TEST(FlightConfig, RefusesCameraKeysOutOfRangeOrWithoutEffect) {
            {"longest_exposure_ms: 0", "'camera.longest_exposure_ms': expected 0.019333 to 32.9434, found '0'"},
            {"target_brightness: 19", "'camera.target_brightness': expected 20 to 200, found '19'"},
            {"longest_exposure_ms: 5\n  exposure_ms: 4", "'camera.longest_exposure_ms': stands beside exposure_ms"},
-           {"target_brightness: 90\n  exposure_ms: 4", "'camera.target_brightness': stands beside exposure_ms"}}) {
+           {"target_brightness: 90\n  exposure_ms: 4", "'camera.target_brightness': stands beside exposure_ms"},
+           {"readout_ms: 9", "'camera.readout_ms': stands beside model: ov7251"}}) {
     const std::vector<std::string> faults = faults_of(with_automatic_exposure(keys));
     EXPECT_TRUE(names(faults, fault)) << keys << ": " << testing::PrintToString(faults);
     EXPECT_EQ(faults.size(), 1U) << keys << ": " << testing::PrintToString(faults);
   }
   for (const auto& [keys, fault] : std::vector<std::pair<std::string, std::string>>{
            {"trigger_control: 0x00981234", "'camera.trigger_control': stands without device"},
+           {"subdevice: /dev/v4l-subdev0", "'camera.subdevice': stands without device"},
            {"longest_exposure_ms: 5", "'camera.longest_exposure_ms': stands without model: ov7251"},
            {"target_brightness: 90", "'camera.target_brightness': stands without model: ov7251"}}) {
     const std::vector<std::string> faults = faults_of(with_camera("socket: /run/plumb/camera\n  " + keys));
