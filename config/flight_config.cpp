@@ -243,6 +243,9 @@ class Reader {
       const std::string fault = file_.name() + ": " + conflict;
       if (std::find(faults_.begin(), faults_.end(), fault) == faults_.end()) faults_.push_back(fault);
     }
+    if (!has_calibration_room<FlightConfig>(setup_.parameters.estimator.calibration)) {
+      faults_.push_back(file_.name() + ": " + kCalibrationNeedsRoom);
+    }
     if (!TrackerOptions::has_room(setup_.parameters.tracker, camera)) {
       faults_.push_back(file_.name() + ": " + kTrackerNeedsRoom);
     }

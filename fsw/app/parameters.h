@@ -3,6 +3,7 @@
 // in its own options header and one row in parameters.cpp.
 
 #include "fsw/base/fixed_vector.h"
+#include "fsw/base/mission_config.h"
 #include "fsw/estimator/options.h"
 #include "fsw/modes/options.h"
 #include "fsw/modes/reliability.h"
@@ -27,6 +28,20 @@ inline constexpr std::size_t kMaxConflicts = 8;
 /// What is wrong with values that each are in range but do not fit each other, a sentence each. What depends on the
 /// image besides stands in TrackerOptions::check.
 FixedVector<const char*, kMaxConflicts> conflicts_in(const Parameters& parameters);
+
+/// Whether a compile-time configuration has states for all of the calibration that the parameters want estimated.
+template <class Config>
+bool has_calibration_room(const CalibrationOptions& wanted) {
+  constexpr CalibrationBlocks kRoom = Config::kCalibration;
+  const bool imu_scale = wanted.gyro_scale_sigma > 0.0 || wanted.accel_scale_sigma > 0.0;
+  const bool camera = wanted.time_offset_sigma_s > 0.0 || wanted.camera_rotation_sigma_rad > 0.0 ||
+                      wanted.camera_position_sigma_m > 0.0;
+  const bool range_finder = wanted.beam_tilt_sigma_rad > 0.0 || wanted.beam_origin_sigma_m > 0.0;
+  return (kRoom.imu_scale || !imu_scale) && (kRoom.camera || !camera) && (kRoom.range_finder || !range_finder);
+}
+inline constexpr const char* kCalibrationNeedsRoom =
+    "calibration.* asks for states that this configuration has no room for; expected 0, or a replay with plumb-replay "
+    "--config calibrating";
 
 inline DriftModel drift_model(const ImuOptions& imu) {
   return {.gravity_m_s2 = imu.gravity_m_s2,

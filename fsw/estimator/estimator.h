@@ -83,6 +83,7 @@ class Estimator {
       h.add(static_cast<std::uint64_t>(feature.consecutive_rejections));
       h.add(std::uint64_t{feature.ranged ? 1U : 0U});
       h.add(static_cast<std::uint64_t>(feature.ranges_missed));
+      h.add(static_cast<std::uint64_t>(feature.t_range.ns()));
     }
     h.add(std::uint64_t{standing_ ? 1U : 0U});
     h.add(std::uint64_t{started_excited_ ? 1U : 0U});

@@ -208,9 +208,10 @@ Status Estimator<Config>::compare_range(const RangeSample& range, const std::opt
   const bool used = report_.range_outcome == RangeOutcome::kUsed;
   if (used) last_range_t_ = range.t;
   if (feature) {
+    SlamFeature& met = state_.features[feature->index];
+    met.ranges_missed = used ? 0 : met.ranges_missed + 1;
     if (used) last_ranged_track_t_ = range.t;
-    int& missed = state_.features[feature->index].ranges_missed;
-    missed = used ? 0 : missed + 1;
+    if (used && met.t_range != Time::never()) met.t_range = range.t;
   }
   return status;
 }

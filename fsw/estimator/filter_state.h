@@ -28,8 +28,9 @@ struct SlamFeature {
   std::size_t anchor_slot = 0;
   FeatureParameters parameters = FeatureParameters::Zero();
   int consecutive_rejections = 0;
-  bool ranged = false;    ///< it started from a ranged track
-  int ranges_missed = 0;  ///< ranges in a row that contradict it
+  bool ranged = false;           ///< it started from a ranged track
+  int ranges_missed = 0;         ///< ranges in a row that contradict it
+  Time t_range = Time::never();  ///< of the last that held it, where its depth is a range's alone
 };
 
 template <class Config>

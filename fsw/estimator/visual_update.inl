@@ -67,13 +67,15 @@ bool VisualUpdate<Config>::scale_known(const State& state) const {
 
 template <class Config>
 void VisualUpdate<Config>::remove_lost(State& state, Table& tracks) {
-  constexpr int kMaxRangesMissed = 1;  // one may be a false echo; then the one that the feature started from was
+  constexpr int kMaxRangesMissed = 1;   // one may be a false echo; then the one that the feature started from was
+  constexpr double kMostAlone_s = 1.0;  // the range may be of the other side of an edge, and only ranges could tell
   for (TrackType& track : tracks.tracks()) track.in_state = false;
   for (std::size_t i = state.features.size(); i-- > 0;) {
     const SlamFeature& feature = state.features[i];
     TrackType* track = tracks.find(feature.track_id);
     const bool outlier = feature.consecutive_rejections > options_.max_rejections;
-    const bool misranged = feature.ranges_missed > kMaxRangesMissed;  // no fault of the track: it may start anew
+    const bool alone = feature.t_range != Time::never() && (state.t - feature.t_range).seconds() > kMostAlone_s;
+    const bool misranged = alone || feature.ranges_missed > kMaxRangesMissed;  // the track may start anew
     if (track != nullptr && (outlier || misranged)) {
       track->banned = outlier;
       track->use_up();
@@ -351,7 +353,8 @@ void VisualUpdate<Config>::start_ranged(State& state, Table& tracks, FrameReport
     }
     const View& there = views[known->view];
     const Vec3 variances(sigma_ * sigma_, sigma_ * sigma_, known->sigma_1_m * known->sigma_1_m);
-    const SlamFeature feature{track->id, there.pose_slot, {there.z.x(), there.z.y(), known->rho_1_m}, 0, true};
+    const SlamFeature feature{track->id, there.pose_slot, {there.z.x(), there.z.y(), known->rho_1_m}, 0, true,
+                              0,         state.t};
     if (!ok(state.add_feature(feature, Mat3(variances.asDiagonal())))) return;
     track->in_state = true;
     spread_.add(track->samples.back().z);

@@ -90,6 +90,8 @@ class Flight {
     }
     const auto conflicts = conflicts_in(session.parameters);
     if (!conflicts.empty()) throw InputError(session.source + ": " + conflicts[0]);
+    if (!has_calibration_room<Config>(session.parameters.estimator.calibration))
+      throw InputError(session.source + ": " + kCalibrationNeedsRoom);
     if (!ok(TrackerOptions::check(session.parameters.tracker, camera, Config::kMaxTracks))) {
       throw InputError(session.source + ": " + kTrackerNeedsRoom + ", found an image of " +
                        std::to_string(camera.width) + " x " + std::to_string(camera.height));

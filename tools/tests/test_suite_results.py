@@ -77,7 +77,8 @@ def test_every_seed_is_flown_and_the_page_tells_all(flown: list[str], tmp_path: 
     assert "|  | VIO | 2 | 3.60 (3.60) |" in text
     assert "### outdoor, 150 m\n\nRoofs after grass. Steps under the beam.\n" in text
     told = " ".join(text.split())
-    assert "within 0.4 % of the distance on each axis; kept in 2 of 2 flights. The greatest error of VIO is 9.0" in told
+    assert "within 0.4 % of the distance on each axis; kept in 2 of 2 flights. Target: scale error" in told
+    assert "scale error at most 0.2 %; kept in 0 of 2 flights. The greatest error of VIO is 9.0" in told
     assert "tools/score --suite --seeds 2" in text
 
 

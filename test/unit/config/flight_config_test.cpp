@@ -166,6 +166,11 @@ TEST(FlightConfig, EachPairOfParametersThatDoesNotFitIsTold) {
     EXPECT_TRUE(names(faults, what)) << what;
   }
   EXPECT_EQ(faults.size(), 3U) << testing::PrintToString(faults);
+  for (const char* sigma : {"gyro_scale_sigma", "accel_scale_sigma", "time_offset_sigma", "camera_rotation_sigma",
+                            "camera_position_sigma", "beam_tilt_sigma", "beam_origin_sigma"}) {
+    const std::string wanted = std::string("calibration.") + sigma + ": 0.01";
+    EXPECT_TRUE(names(faults_of(with("vision.pixel_noise: 0.8", wanted)), "no room")) << sigma;
+  }
   EXPECT_TRUE(names(faults_of(with_all({{"[640, 480]", "[40, 40]"},
                                         {"[400, 410, 319.5, 239.5]", "[40, 41, 19.5, 19.5]"},
                                         {"vision.pixel_noise: 0.8", "tracker.border: 18\n  tracker.window: 12"}})),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,8 +46,44 @@ PAGE_COLUMNS = (
     Column("coverage", "", "%", lambda f: f.headline.coverage_percent, 1, least_is_worst=True),
 )
 
-#: Greatest error on any axis that range-VIO may have, in percent of the distance travelled.
-AXIS_TARGETS_PERCENT = {"outdoor": 0.4, "cruise": 0.6, "indoor": 0.2, "excitation": 0.02, "mars": 0.4}
+
+
+@dataclass(frozen=True)
+class Target:
+    """What range-VIO has to keep in each flight of a scene."""
+
+    text: str  # with a place for the limit
+    limit: float
+    value: Callable[[Figures], float | None]  # of signed figures the size counts
+
+    def kept_by(self, outcome: Outcome) -> bool:
+        value = None if outcome.range_vio is None else self.value(outcome.range_vio)
+        return value is not None and abs(value) <= self.limit
+
+
+def _axis(percent: float) -> Target:
+    text = "range-VIO within {:g} % of the distance on each axis"
+    return Target(text, percent, lambda f: f.headline.max_axis_percent)
+
+
+def _scale(percent: float) -> Target:
+    return Target("scale error at most {:g} %", percent, lambda f: f.headline.scale_error_percent)
+
+
+#: By scene.
+TARGETS = {
+    "outdoor": (_axis(0.4), _scale(0.2)),
+    "cruise": (
+        Target("first state within {:g} s", 1.0, lambda f: f.headline.first_state_s),
+        Target("scale error after 10 s at most {:g} %", 2.0, lambda f: f.headline.early_scale_error_percent),
+        _scale(0.5),
+        _axis(0.6),
+    ),
+    "indoor": (_axis(0.2),),
+    "excitation": (_axis(0.02),),
+    "hover": (Target("within {:g} m on each axis", 0.02, lambda f: f.headline.max_axis_m),),
+    "mars": (_axis(0.4),),
+}
 #: Where VIO is at its best, the greatest error of range-VIO over that of VIO.
 RATIO_TARGETS = {"excitation": 1.1}
 
@@ -88,13 +124,9 @@ def _kept(result: SceneResults) -> list[str]:
     """Whether the flights of a scene keep its targets, a sentence each."""
     sentences = []
     name, flown = result.scene.name, len(result.outcomes)
-    if name in AXIS_TARGETS_PERCENT:
-        limit = AXIS_TARGETS_PERCENT[name]
-        found = [o.range_vio.headline.max_axis_percent for o in result.outcomes if o.range_vio is not None]
-        kept = sum(percent is not None and percent <= limit for percent in found)
-        sentences.append(
-            f"Target: range-VIO within {limit:g} % of the distance on each axis; kept in {kept} of {flown} flights."
-        )
+    for target in TARGETS.get(name, ()):
+        kept = sum(target.kept_by(outcome) for outcome in result.outcomes)
+        sentences.append(f"Target: {target.text.format(target.limit)}; kept in {kept} of {flown} flights.")
     if name in RATIO_TARGETS:
         limit = RATIO_TARGETS[name]
         kept = sum((ratio := error_ratio([o])) is not None and limit * ratio >= 1.0 for o in result.outcomes)
