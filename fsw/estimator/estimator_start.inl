@@ -98,6 +98,7 @@ Status Estimator<Config>::start_in_motion(const Frame& frame) {
   const Result<StartSolution> solution = start_window_.try_start(frame, imu_, ranges_);
   if (!solution) return Status::kNotReady;
   begin_filter(start_window_.frames().front().t, solution->core, solution->covariance);
+  started_t_ = frame.t;  // not when the window began: only from here on can tracks take ranges
   started_excited_ = start_window_.excited();
   propagate_to(frame.t);
   state_.begin_world_here(kPinnedSigma);  // not where the window began: how far that is, is hardly known
