@@ -46,20 +46,19 @@ threads:
   tick: {priority: 90, core: 3}
 )";
 
-/// The sound file with a piece of it replaced.
-inline std::string with(const std::string& piece, const std::string& by) {
-  std::string text = kSound;
-  const std::size_t at = text.find(piece);
-  EXPECT_NE(at, std::string::npos) << piece;
-  return text.replace(at, piece.size(), by);
-}
-
-/// The sound file with pieces of it replaced.
+/// The sound file with pieces of it replaced, in their order.
 inline std::string with_all(const std::vector<std::pair<std::string, std::string>>& pieces) {
   std::string text = kSound;
-  for (const auto& [piece, by] : pieces) text.replace(text.find(piece), piece.size(), by);
+  for (const auto& [piece, by] : pieces) {
+    const std::size_t at = text.find(piece);
+    EXPECT_NE(at, std::string::npos) << piece;
+    text.replace(at, piece.size(), by);
+  }
   return text;
 }
+
+/// The sound file with a piece of it replaced.
+inline std::string with(const std::string& piece, const std::string& by) { return with_all({{piece, by}}); }
 
 inline std::vector<std::string> faults_of(const std::string& text) {
   std::vector<std::string> faults;

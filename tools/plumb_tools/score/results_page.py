@@ -81,7 +81,7 @@ TARGETS = {
     ),
     "indoor": (_axis(0.2),),
     "excitation": (_axis(0.02),),
-    "hover": (Target("within {:g} m on each axis", 0.02, lambda f: f.headline.max_axis_m),),
+    "hover": (Target("range-VIO within {:g} m on each axis", 0.02, lambda f: f.headline.max_axis_m),),
     "mars": (_axis(0.4),),
 }
 #: Where VIO is at its best, the greatest error of range-VIO over that of VIO.
