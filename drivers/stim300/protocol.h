@@ -52,11 +52,13 @@ using Samples = FixedVector<ImuSample, (kMaxChunkBytes + kMaxDatagramBytes) / kM
 /// The noise of this unit moves a number by hundreds of counts, so six that repeat are not measured.
 inline constexpr int kMaxRepeats = 8;
 
-/// How far an axis was beyond its range nobody knows. One such datagram is a hole that is bridged; kShock of them leave
-/// a velocity that is wrong by metres a second. Then nothing is a sample until kCalm has passed without another: a hole
-/// that a filter takes for one (imu.max_gap is shorter), so that it starts anew instead of trusting what it integrated.
+/// How far an axis was beyond its range nobody knows. One or two such datagrams are a hole of a few milliseconds,
+/// which passes for none; kShock of them leave a velocity that is wrong by metres a second. Then nothing is a sample
+/// until kCalm has passed without another: a hole long enough for the filter to see one and to be as unsure as it
+/// should, and after a moment's knock short enough to be bridged (imu.max_gap). A longer shock makes it longer than
+/// that, and the filter starts anew.
 inline constexpr int kShock = 3;
-inline constexpr Duration kCalm = Duration::from_ms(120);
+inline constexpr Duration kCalm = Duration::from_ms(80);
 
 class Protocol {
  public:

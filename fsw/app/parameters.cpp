@@ -66,9 +66,10 @@ constexpr std::array kRows{
     imu<&ImuOptions::gravity_m_s2>("imu.gravity", "m/s^2", 0.1, 30.0, kNever, "local gravity"),
     imu<&ImuOptions::max_gap_s>("imu.max_gap", "s", 0.001, 1.0, kInFlight,
                                 "a longer hole in the IMU stream is a fault"),
-    imu<&ImuOptions::max_accel_m_s2>("imu.max_accel", "m/s^2", 10.0, 2000.0, kInFlight,
-                                     "beyond this a sample is a fault"),
-    imu<&ImuOptions::max_gyro_rad_s>("imu.max_gyro", "rad/s", 1.0, 100.0, kInFlight, "beyond this a sample is a fault"),
+    imu<&ImuOptions::max_accel_m_s2>("imu.max_accel", "m/s^2", 12.0, 2000.0, kInFlight,
+                                     "scale of an axis: at its end a reading is clipped, beyond it a fault"),
+    imu<&ImuOptions::max_gyro_rad_s>("imu.max_gyro", "rad/s", 1.0, 100.0, kInFlight,
+                                     "scale of an axis: at its end a reading is clipped, beyond it a fault"),
 
     vision<&VisionOptions::pixel_noise_px>("vision.pixel_noise", "px", 0.01, 20.0, kInFlight,
                                            "1 sigma of a tracked feature"),

@@ -159,8 +159,8 @@ void Estimator<Config>::propagate_to(Time t) {
   if (!(state_.t < t)) return;
   CoreTransition transition;
   transition.with_scale = state_.estimates_scale();
-  imu_.for_each_interval(state_.t, t, [&](const InertialRates& a, const InertialRates& b, double dt) {
-    propagate_step(state_.core, transition, a, b, dt, options_.imu);
+  imu_.for_each_interval(state_.t, t, [&](const ImuInterval& interval) {
+    propagate_step(state_.core, transition, interval, options_.imu);
   });
   propagate_core(state_.covariance(), transition.phi, transition.q);
   if (transition.with_scale) {

@@ -64,8 +64,8 @@ std::optional<typename Estimator<Config>::LaserSpot> Estimator<Config>::laser_sp
   if (!imu_.spans(state_.t, t)) return std::nullopt;
   KinematicState motion = state_.core.motion;
   const auto carry = [&](Time from, Time to) {
-    imu_.for_each_interval(from, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
-      strapdown_step(motion, state_.core.rates(a), state_.core.rates(b), dt, options_.imu.gravity_m_s2);
+    imu_.for_each_interval(from, to, [&](const ImuInterval& i) {
+      strapdown_step(motion, state_.core.rates(i.start), state_.core.rates(i.end), i.dt_s, options_.imu.gravity_m_s2);
     });
   };
   carry(state_.t, range.t);

@@ -22,6 +22,27 @@ void ImuBuffer::drop_before(Time t) {
   }
 }
 
+Duration ImuBuffer::hole_before(std::size_t sample) const {
+  constexpr Duration kNever = Duration::from_ms(10);  // no hole up to here, whatever the rate
+  constexpr std::size_t kUsual = 8;                   // periods before it that tell what is usual
+  if (sample < 2 || at(sample).t - at(sample - 1).t <= kNever) return Duration::from_ns(0);
+  std::array<Duration, kUsual> periods;
+  const std::size_t count = std::min(sample - 1, kUsual);
+  for (std::size_t k = 0; k < count; ++k) periods[k] = at(sample - 1 - k).t - at(sample - 2 - k).t;
+  std::sort(periods.begin(), periods.begin() + static_cast<std::ptrdiff_t>(count));
+  const Duration twice = periods[count / 2] * 2;  // the median: another hole among them is not usual
+  return std::max(at(sample).t - at(sample - 1).t - std::max(twice, kNever), Duration::from_ns(0));
+}
+
+Time ImuBuffer::unbroken_since(Time to, Duration gap) const {
+  std::size_t i = 0;
+  std::size_t since = 0;
+  for (; i + 1 < count_ && at(i).t < to; ++i) {
+    if (at(i + 1).t - at(i).t > gap) since = i + 1;
+  }
+  return at(since).t;
+}
+
 std::size_t ImuBuffer::first_after(Time t) const {
   std::size_t low = 0;
   std::size_t high = count_;

@@ -1,6 +1,7 @@
 #pragma once
 // The inertial samples from the fusion horizon to now, and exact integration between any two times they span.
 
+#include <algorithm>
 #include <array>
 
 #include "fsw/base/hash.h"
@@ -19,9 +20,18 @@ struct ImuStatistics {
   double accel_deviation_m_s2 = 0.0;
 };
 
+/// What the IMU said between two instants no sample lies between: rates as read, linear from start to end.
+struct ImuInterval {
+  InertialRates start;
+  InertialRates end;
+  double dt_s = 0.0;
+  double period_s = 0.0;  ///< from sample to sample; longer than dt_s where the interval is a part of that
+  double hole_s = 0.0;    ///< what the period is longer than it may be without a sample missing
+};
+
 class ImuBuffer {
  public:
-  static constexpr std::size_t kCapacity = 2048;  ///< 1 s at 2 kHz, 8 s at 250 Hz
+  static constexpr std::size_t kCapacity = 5120;  ///< 2.5 s at 2 kHz, 20 s at 250 Hz
 
   void clear() { count_ = 0; }
   bool empty() const { return count_ == 0; }
@@ -38,8 +48,13 @@ class ImuBuffer {
   /// True when samples bracket both ends.
   bool spans(Time from, Time to) const { return !empty() && oldest() <= from && to <= newest(); }
 
-  /// Calls step(start, end, dt_s) for each interval between samples from `from` to `to`, the first and the last cut to
-  /// fit by linear interpolation. Precondition: spans(from, to).
+  /// The sample from which on none was missing for longer than `gap`, up to the first one at or after `to`. Later than
+  /// `to` when that lies in such a hole. Precondition: not empty.
+  Time unbroken_since(Time to, Duration gap) const;
+
+  /// Calls step(ImuInterval) for each interval between samples from `from` to `to`, the first and the last cut to fit
+  /// by linear interpolation, a hole in equal parts: in one, noise in the rates would be the same all along it.
+  /// Precondition: spans(from, to).
   template <typename Step>
   void for_each_interval(Time from, Time to, Step step) const {
     if (!(from < to)) return;
@@ -47,12 +62,17 @@ class ImuBuffer {
     Time t = from;
     InertialRates start = rates_at(from, i);
     for (; i < count_ && t < to; ++i) {
-      const bool last = at(i).t >= to;
-      const InertialRates end = last ? rates_at(to, i) : rates(at(i));
-      const Time t_end = last ? to : at(i).t;
-      step(start, end, (t_end - t).seconds());
-      start = end;
-      t = t_end;
+      const Duration period = at(i).t - at(i == 0 ? 0 : i - 1).t;
+      const Duration hole = hole_before(i);
+      const Duration length = std::min(at(i).t, to) - t;
+      const int parts = hole > Duration::from_ns(0) ? kHoleParts : 1;
+      for (int part = 1; part <= parts; ++part) {
+        const Time t_end = part == parts ? std::min(at(i).t, to) : t + length / parts;
+        const InertialRates end = t_end == at(i).t ? rates(at(i)) : rates_at(t_end, i);
+        step(ImuInterval{start, end, (t_end - t).seconds(), period.seconds(), hole.seconds()});
+        start = end;
+        t = t_end;
+      }
     }
   }
 
@@ -65,8 +85,12 @@ class ImuBuffer {
   ImuStatistics statistics(Time from, Time to) const;
 
  private:
+  static constexpr int kHoleParts = 8;
+
   static InertialRates rates(const ImuSample& s) { return {Vec3(s.gyro_rad_s.data()), Vec3(s.accel_m_s2.data())}; }
   const ImuSample& at(std::size_t i) const { return samples_[(first_ + i) % kCapacity]; }
+  /// How much longer it took from the sample before to this one than twice the usual, and than 10 ms.
+  Duration hole_before(std::size_t sample) const;
   /// Index of the first sample after t.
   std::size_t first_after(Time t) const;
   /// Rates at t, between samples `next` - 1 and `next`.

@@ -115,9 +115,7 @@ MotionStart::Estimate MotionStart::first_guess(const StartProblem& problem, cons
   const Time first = problem.images.front();
   const Time from = std::max(imu.oldest(), first - Duration::from_ms(1000));
   KinematicState s;
-  const auto step = [&s](const InertialRates& a, const InertialRates& b, double dt) {
-    strapdown_step(s, a, b, dt, 0.0);
-  };
+  const auto step = [&s](const ImuInterval& i) { strapdown_step(s, i.start, i.end, i.dt_s, 0.0); };
   imu.for_each_interval(from, first, step);
   const Quat q_first = s.q_WI;
   imu.for_each_interval(first, problem.images.back(), step);
@@ -133,9 +131,8 @@ void MotionStart::integrate(const StartProblem& problem, const ImuBuffer& imu, c
   Time t = problem.images.front();
   std::size_t next_range = 0;
   const auto advance = [&](Time to, Station& station) {
-    imu.for_each_interval(t, to, [&](const InertialRates& a, const InertialRates& b, double dt) {
-      propagate_step(core, transition, a, b, dt, options_.imu);
-    });
+    imu.for_each_interval(
+        t, to, [&](const ImuInterval& interval) { propagate_step(core, transition, interval, options_.imu); });
     t = std::max(t, to);
     station.camera.R_WC = (core.motion.q_WI * calibration_.q_IC).toRotationMatrix();
     station.camera.p_WC_m = core.motion.p_WI_m + core.motion.q_WI * calibration_.p_IC_m;

@@ -27,8 +27,10 @@ struct ImuOptions {
   double accel_noise_density = 2.0e-3;  ///< m/s^2/sqrt(Hz)
   double accel_bias_walk = 3.0e-3;      ///< m/s^3/sqrt(Hz)
   double gravity_m_s2 = 9.80665;
-  double max_gap_s = 0.1;         ///< a longer hole in the IMU stream is a fault: re-initialise
-  double max_accel_m_s2 = 160.0;  ///< beyond this a sample is a fault: counted, not used
+  /// A longer hole in the IMU stream is a fault: re-initialise. A shorter one costs what the rates may have been in it;
+  /// over 0.15 s that is an attitude too unsure to linearise around.
+  double max_gap_s = 0.12;
+  double max_accel_m_s2 = 160.0;  ///< scale of an axis: at its end a reading is clipped, beyond it a fault, not used
   double max_gyro_rad_s = 35.0;
 };
 

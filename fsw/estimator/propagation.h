@@ -42,10 +42,11 @@ struct CoreTransition {
   Mat156 by_scale = Mat156::Zero();  ///< what errors of the scale factors (gyro, accelerometer) add to the core error
 };
 
-/// Advances the nominal state over one IMU interval of dt_s seconds (raw, bias-carrying rates at both ends) and appends
-/// the interval to `transition`. First order in the error, exact in time for a constant linearisation over the step.
-void propagate_step(CoreState& state, CoreTransition& transition, const InertialRates& start, const InertialRates& end,
-                    double dt_s, const ImuOptions& options);
+/// Advances the nominal state over one IMU interval (raw, bias-carrying rates) and appends the interval to
+/// `transition`. First order in the error, exact in time for a constant linearisation over the step. A hole in the
+/// samples and a reading at the end of its scale cost what the rates may have been meanwhile.
+void propagate_step(CoreState& state, CoreTransition& transition, const ImuInterval& interval,
+                    const ImuOptions& options);
 
 /// Error dynamics d(error)/dt = F error, frozen at one state (theta, xi_p, xi_v, b_g, b_a).
 Mat15 error_dynamics(const KinematicState& motion, double gravity_m_s2);

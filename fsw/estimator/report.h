@@ -50,8 +50,8 @@ struct FrameReport {
 struct EstimatorCounters {
   std::uint64_t imu_samples = 0;
   std::uint64_t imu_out_of_order = 0;
-  std::uint64_t imu_invalid = 0;  ///< not finite or beyond the limits
-  std::uint64_t imu_gaps = 0;
+  std::uint64_t imu_invalid = 0;   ///< not finite or beyond the limits
+  std::uint64_t imu_gaps = 0;      ///< longer than what is bridged
   std::uint64_t imu_overflow = 0;  ///< starts anew because no image came for too long
   std::uint64_t frames = 0;
   std::uint64_t frames_out_of_order = 0;

@@ -39,6 +39,8 @@ class StartWindow {
 
  private:
   static constexpr std::size_t kMinRanges = 3;
+  /// What the IMU says of the whole window is taken for exact, so it must have missed hardly anything.
+  static constexpr Duration kLongestGap = Duration::from_ms(50);
   /// Without ranges: at constant velocity the fit's own sigma cannot be believed.
   static constexpr double kMinExcitation_m_s2 = 0.3;
 
@@ -62,11 +64,14 @@ template <std::size_t MaxTracks>
 Result<StartSolution> StartWindow<MaxTracks>::try_start(const Frame& frame, const ImuBuffer& imu,
                                                         const PendingRanges& ranges) {
   const Duration longest = Duration::from_seconds(options_.start.motion_window_max_s);
+  const Time unbroken = imu.unbroken_since(frame.t, kLongestGap);
+  bool waited = false;  // for as long as the window can grow
   while (!frames_.empty() &&
-         (frames_.full() || frame.t - frames_.front().t > longest || frames_.front().t < imu.oldest())) {
+         (frames_.full() || frame.t - frames_.front().t > longest || frames_.front().t < unbroken)) {
     frames_.erase(0);
+    waited = true;
   }
-  if (!(imu.oldest() <= frame.t)) return Status::kNotReady;
+  if (!(unbroken <= frame.t)) return Status::kNotReady;
   static_cast<void>(frames_.push_back(frame));
   const double span_s = (frame.t - frames_.front().t).seconds();
   if (span_s < options_.start.motion_window_s || frames_.size() < 3) return Status::kNotReady;
@@ -76,7 +81,7 @@ Result<StartSolution> StartWindow<MaxTracks>::try_start(const Frame& frame, cons
   if (!excited_ && problem_.ranges.size() < kMinRanges) return Status::kNotReady;
   const Result<StartSolution> solution = motion_start_.solve(problem_, imu);
   if (!solution) return Status::kNotReady;
-  const bool waited = frames_.full() || span_s > 0.9 * options_.start.motion_window_max_s;
+  waited = waited || frames_.full() || span_s > 0.9 * options_.start.motion_window_max_s;
   if (!scale_is_known(*solution, waited)) return Status::kNotReady;
   return solution;
 }
@@ -102,9 +107,8 @@ double StartWindow<MaxTracks>::excitation_m_s2(const ImuBuffer& imu) const {
     const Vec3 before = s.v_WI_m_s;
     const Time from = problem_.images[i];
     const Time to = problem_.images[i + 1];
-    imu.for_each_interval(from, to, [&s](const InertialRates& a, const InertialRates& b, double dt) {
-      strapdown_step(s, a, b, dt, 0.0);
-    });
+    imu.for_each_interval(from, to,
+                          [&s](const ImuInterval& step) { strapdown_step(s, step.start, step.end, step.dt_s, 0.0); });
     const Vec3 mean = (s.v_WI_m_s - before) / (to - from).seconds();
     sum += mean;
     squares += mean.squaredNorm();

@@ -17,7 +17,7 @@ namespace plumb {
 
 struct OutputPredictorOptions {
   double gravity_m_s2 = 9.80665;
-  double max_gap_s = 0.1;  ///< across a longer hole in the IMU stream nothing is predicted until the next correction
+  double max_gap_s = 0.12;  ///< across a longer hole in the IMU stream nothing is predicted until the next correction
 };
 
 /// Jump of the output at a correction, corrected minus predicted at the newest sample. Small when estimator and IMU
@@ -64,7 +64,8 @@ class OutputPredictor {
 
   /// The present state, at the newest sample. Invalid before the first correction and after a gap. Position, velocity
   /// and attitude are predicted; biases and covariance are those of the last correction: the growth over the few
-  /// milliseconds between is left out, so the covariance speaks for the time of the correction.
+  /// milliseconds between, or the hole that was bridged, is left out, so the covariance speaks for the time of the
+  /// correction.
   const NavState& state() const { return state_; }
   Time corrected_at() const { return t_corrected_; }
   const PredictorTracking& tracking() const { return tracking_; }

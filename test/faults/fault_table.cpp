@@ -106,6 +106,14 @@ void add_imu_faults(std::vector<Fault>& rows) {
                   [=](World& w) { unit(w).lost_byte = 0.003; },
                   [=](World& w) { unit(w).lost_byte = 0.0; },
                   {}});
+  rows.push_back(
+      {"imu-knocked",
+       "a knock drives every accelerometer to its limits for 20 ms",
+       10,
+       10.02,
+       [](World& w) { w.imu().faults.saturated = true; },
+       [](World& w) { w.imu().faults.saturated = false; },
+       {.also = {"image skipped", "IMU degraded", "IMU ok", "camera degraded", "camera ok"}, .recovery_s = kBack_s}});
   rows.push_back({"imu-saturated",
                   "a shock drives every accelerometer to its limits for 0.2 s",
                   10,
@@ -285,6 +293,7 @@ void expect_counts(std::vector<Fault>& rows) {
                                             {"imu-out-of-order", {"STIM300 counts missing"}},
                                             {"imu-corrupted", {"STIM300 counts checksum_errors"}},
                                             {"imu-bytes-lost", {"STIM300 counts checksum_errors"}},
+                                            {"imu-knocked", {"STIM300 counts overloads"}},
                                             {"imu-saturated", {"STIM300 counts overloads"}},
                                             {"camera-stuck", {"camera counts repeated"}},
                                             {"camera-doubled", {"camera counts repeated"}},

@@ -170,7 +170,8 @@ TEST(CalibrationJacobian, OfTheFlightOnTheScaleOfTheImu) {
       read[k].accel_m_s2 = read[k - 1].accel_m_s2 + 0.01 * read[k].accel_m_s2;
     }
     const auto fly = [&](CoreState s, CoreTransition& transition) {
-      for (std::size_t k = 1; k < read.size(); ++k) propagate_step(s, transition, read[k - 1], read[k], 0.004, options);
+      for (std::size_t k = 1; k < read.size(); ++k)
+        propagate_step(s, transition, {read[k - 1], read[k], 0.004, 0.004}, options);
       return s;
     };
     CoreTransition transition;

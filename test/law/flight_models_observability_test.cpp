@@ -96,8 +96,9 @@ Matrix matrix_of(const FlightSystem& system, bool with_range, test::Generator* d
     append_rows(system, camera_of(system.rig, core.motion), anchor, transition.phi, with_range, rows);
     for (int k = 0; k < kImuPerImage; ++k) {
       const double t_s = system.start_s + (image * kImuPerImage + k) * kImuPeriod_s;
-      propagate_step(core, transition, rates_at(system.trajectory, t_s),
-                     rates_at(system.trajectory, t_s + kImuPeriod_s), kImuPeriod_s, imu);
+      const ImuInterval interval{rates_at(system.trajectory, t_s), rates_at(system.trajectory, t_s + kImuPeriod_s),
+                                 kImuPeriod_s, kImuPeriod_s};
+      propagate_step(core, transition, interval, imu);
     }
     if (disturb == nullptr) continue;
     core.motion.q_WI = so3_exp(disturb->normal_vector<3>(0.01)) * core.motion.q_WI;

@@ -28,10 +28,13 @@ struct Start {
   std::optional<double> scale_error;  ///< of the distance flown from the first state to 10 s after it
 };
 
+constexpr double kUsualImu_hz = 250.0;
+
 /// Flies one seed for `fly_s` from `from_s` on, where the flight software is switched on or reset.
-Start start_of(const sim::Scene& scene, std::uint64_t seed, double from_s, double fly_s) {
+Start start_of(const sim::Scene& scene, std::uint64_t seed, double from_s, double fly_s, double imu_hz) {
   sim::FlightSettings settings;
   settings.seed = seed;
+  settings.imu_rate_hz = imu_hz;
   Feed feed(scene, settings);
   sim::FlightLog log;
   const auto since_epoch = [](Time t) { return (t - sim::flight_epoch()).seconds(); };
@@ -71,7 +74,8 @@ struct Limits {
 };
 
 /// Every seed starts in time and right enough, and over the seeds the first covariance is not too small.
-std::vector<Start> expect_starts(const sim::Scene& scene, double from_s, double fly_s, const Limits& limits) {
+std::vector<Start> expect_starts(const sim::Scene& scene, double from_s, double fly_s, const Limits& limits,
+                                 double imu_hz = kUsualImu_hz) {
   std::vector<Start> starts;
   double velocity = 0.0;
   double attitude = 0.0;
@@ -79,7 +83,7 @@ std::vector<Start> expect_starts(const sim::Scene& scene, double from_s, double 
   double worst_velocity_m_s = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    starts.push_back(start_of(scene, seed, from_s, fly_s));
+    starts.push_back(start_of(scene, seed, from_s, fly_s, imu_hz));
     const Start& start = starts.back();
     EXPECT_LE(start.delay_s, limits.delay_s);
     EXPECT_LE(start.velocity_error_m_s, limits.velocity_error_m_s);
@@ -119,6 +123,14 @@ TEST(StartAnywhere, InAStillHover) {
 // It neither stands still, nor does it move far enough to see much in a second.
 TEST(StartAnywhere, InASwayingHover) {
   expect_starts(hovering(5.0, 0.05), 0.0, 6.0, {.delay_s = 2.0, .velocity_error_m_s = 0.1});
+}
+
+// Straight down the window takes all the time it has, whatever the rate of the IMU.
+TEST(StartAnywhere, OnALongWindowWithAFastImu) {
+  constexpr double kFastImu_hz = 2000.0;
+  for (const double imu_hz : {kUsualImu_hz, kFastImu_hz}) {
+    expect_starts(sim::make_scene("vertical_descent"), 0.0, 2.0, {.delay_s = 1.5, .velocity_error_m_s = 0.5}, imu_hz);
+  }
 }
 
 TEST(StartAnywhere, AtConstantVelocity) {

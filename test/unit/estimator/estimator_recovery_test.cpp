@@ -39,7 +39,7 @@ TEST(EstimatorRecovery, AGapInTheImuStartsItAnew) {
 
 TEST(EstimatorRecovery, AShortLossOfImuSamplesIsFlownThrough) {
   Feed feed(test::lively_scene(4.0), test::quick_settings(true));
-  feed.on_imu = [](ImuSample& s) { return seconds(s.t) < 2.0 || seconds(s.t) > 2.05; };
+  feed.on_imu = [](ImuSample& s) { return seconds(s.t) < 2.0 || seconds(s.t) > 2.11; };
   feed.fly_until(4.0);
   EXPECT_TRUE(feed.estimator->state().valid);
   EXPECT_EQ(feed.estimator->counters().resets, 0U);
@@ -72,9 +72,9 @@ TEST(EstimatorRecovery, SecondsWithoutImagesAreFlownThrough) {
   EXPECT_LT(test::position_error(feed.estimator->state(), feed.truth()), 2.0);
 }
 
-// Without images nothing asks for the samples, which are more than the buffer holds: 2048 are 1 s at 2 kHz.
+// Without images nothing asks for the samples, which are more than the buffer holds in five seconds.
 TEST(EstimatorRecovery, AnOutageLongerThanTheImuBufferIsFlownThrough) {
-  for (const double rate_hz : {1000.0, 2000.0}) {
+  for (const double rate_hz : {2000.0, 4000.0}) {
     SCOPED_TRACE(rate_hz);
     sim::FlightSettings settings = test::quick_settings(true);
     settings.imu_rate_hz = rate_hz;

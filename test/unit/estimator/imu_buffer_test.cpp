@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "test/support/property.h"
@@ -26,15 +28,9 @@ ImuSample linear_sample(Time t) {
 
 Time ms(double t) { return Time::from_ns(static_cast<std::int64_t>(t * 1e6)); }
 
-struct Interval {
-  InertialRates start, end;
-  double dt_s;
-};
-
-std::vector<Interval> intervals(const ImuBuffer& imu, Time from, Time to) {
-  std::vector<Interval> out;
-  imu.for_each_interval(from, to,
-                        [&](const InertialRates& a, const InertialRates& b, double dt) { out.push_back({a, b, dt}); });
+std::vector<ImuInterval> intervals(const ImuBuffer& imu, Time from, Time to) {
+  std::vector<ImuInterval> out;
+  imu.for_each_interval(from, to, [&](const ImuInterval& i) { out.push_back(i); });
   return out;
 }
 
@@ -75,18 +71,18 @@ TEST(ImuBuffer, WhenFullTheOldestMakesRoom) {
   const auto imu = std::make_unique<ImuBuffer>();
   const std::size_t count = 2 * ImuBuffer::kCapacity + 321;
   for (std::size_t k = 0; k < count; ++k) {
-    ASSERT_EQ(imu->push(linear_sample(ms(4.0 * static_cast<double>(k)))), Status::kOk);
-    ASSERT_EQ(imu->newest(), ms(4.0 * static_cast<double>(k)));
+    ASSERT_EQ(imu->push(linear_sample(ms(1.0 * static_cast<double>(k)))), Status::kOk);
+    ASSERT_EQ(imu->newest(), ms(1.0 * static_cast<double>(k)));
     ASSERT_EQ(imu->size(), std::min(k + 1, ImuBuffer::kCapacity));
   }
-  EXPECT_EQ(imu->oldest(), ms(4.0 * static_cast<double>(count - ImuBuffer::kCapacity)));
+  EXPECT_EQ(imu->oldest(), ms(1.0 * static_cast<double>(count - ImuBuffer::kCapacity)));
   EXPECT_FALSE(imu->spans(imu->oldest() - Duration::from_ns(1), imu->newest()));
   EXPECT_FALSE(imu->spans(imu->oldest(), imu->newest() + Duration::from_ns(1)));
   // Across the seam of the ring the samples still stand in order.
   const auto all = intervals(*imu, imu->oldest(), imu->newest());
   ASSERT_EQ(all.size(), ImuBuffer::kCapacity - 1);
   double t_s = imu->oldest().seconds();
-  for (const Interval& i : all) {
+  for (const ImuInterval& i : all) {
     expect_linear(i.start, t_s);
     t_s += i.dt_s;
     expect_linear(i.end, t_s);
@@ -116,6 +112,61 @@ TEST(ImuBuffer, IntervalsAreContiguousAndCutExactly) {
     }
     EXPECT_NEAR(t_s, to.seconds(), 1e-12);
   });
+}
+
+/// Samples every `period_ms`, of which some are missing after one second.
+std::vector<ImuInterval> with_samples_missing(double period_ms, int missing) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  for (double t_ms = 0.0; t_ms < 1500.0; t_ms += period_ms) {
+    const bool lost = t_ms > 1000.0 && t_ms < 1000.0 + period_ms * (missing + 0.5);
+    if (lost) continue;
+    EXPECT_EQ(imu->push(linear_sample(ms(t_ms))), Status::kOk);
+  }
+  return intervals(*imu, imu->oldest(), imu->newest());
+}
+
+// Slow is not broken: a sensor of 50 Hz leaves 20 ms between samples all the time.
+TEST(ImuBuffer, AHoleIsWhatIsLongerThanUsual) {
+  struct Case {
+    double period_ms;
+    int missing;
+    double hole_s;
+  };
+  for (const Case& c : {Case{0.5, 15, 0.0}, Case{0.5, 99, 0.04}, Case{4.0, 1, 0.0}, Case{4.0, 4, 0.01},
+                        Case{10.0, 1, 0.0}, Case{10.0, 2, 0.01}, Case{20.0, 0, 0.0}, Case{20.0, 3, 0.04}}) {
+    SCOPED_TRACE(std::to_string(c.period_ms) + " ms, missing " + std::to_string(c.missing));
+    double longest_s = 0.0;
+    for (const ImuInterval& i : with_samples_missing(c.period_ms, c.missing)) {
+      longest_s = std::max(longest_s, i.hole_s);
+      EXPECT_NEAR(i.dt_s, i.hole_s > 0.0 ? i.period_s / 8.0 : i.period_s, 1e-9);
+    }
+    EXPECT_NEAR(longest_s, c.hole_s, 1e-9);
+  }
+}
+
+TEST(ImuBuffer, AHoleAfterAnotherIsAHoleToo) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  for (const double t_ms : {0.0, 4.0, 8.0, 58.0, 62.0, 66.0, 116.0, 120.0}) {
+    EXPECT_EQ(imu->push(linear_sample(ms(t_ms))), Status::kOk);
+  }
+  double holes_s = 0.0;
+  for (const ImuInterval& i : intervals(*imu, imu->oldest(), imu->newest())) {
+    holes_s += i.hole_s / 8.0;  // each in as many parts
+  }
+  EXPECT_NEAR(holes_s, 2 * 0.04, 1e-9);
+}
+
+TEST(ImuBuffer, IsUnbrokenSinceTheLastHole) {
+  const auto imu = std::make_unique<ImuBuffer>();
+  for (const double t_ms : {0.0, 4.0, 104.0, 108.0, 112.0}) {
+    EXPECT_EQ(imu->push(linear_sample(ms(t_ms))), Status::kOk);
+  }
+  const Duration gap = Duration::from_ms(50);
+  EXPECT_EQ(imu->unbroken_since(ms(4.0), gap), ms(0.0));
+  EXPECT_EQ(imu->unbroken_since(ms(50.0), gap), ms(104.0));  // in the hole
+  EXPECT_EQ(imu->unbroken_since(ms(104.0), gap), ms(104.0));
+  EXPECT_EQ(imu->unbroken_since(ms(112.0), gap), ms(104.0));
+  EXPECT_EQ(imu->unbroken_since(ms(112.0), Duration::from_ms(100)), ms(0.0));
 }
 
 TEST(ImuBuffer, NoTimeIsNoInterval) {

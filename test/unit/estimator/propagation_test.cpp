@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "test/support/estimator_cases.h"
@@ -14,35 +15,30 @@ using test::Vec15;
 
 constexpr double kPeriod_s = 0.004;
 
-struct Interval {
-  InertialRates start, end;
-  double dt_s = kPeriod_s;
-};
-
 InertialRates between(const InertialRates& a, const InertialRates& b, double s) {
   return {a.gyro_rad_s + s * (b.gyro_rad_s - a.gyro_rad_s), a.accel_m_s2 + s * (b.accel_m_s2 - a.accel_m_s2)};
 }
 
 /// A stretch of lively flight, linear between the samples.
-std::vector<Interval> any_flight(test::Generator& g, int samples) {
-  std::vector<Interval> out;
+std::vector<ImuInterval> any_flight(test::Generator& g, int samples) {
+  std::vector<ImuInterval> out;
   InertialRates now{g.normal_vector<3>(0.5), Vec3(0.0, 0.0, 9.8) + g.normal_vector<3>(2.0)};
   for (int k = 0; k < samples; ++k) {
     const InertialRates next{now.gyro_rad_s + g.normal_vector<3>(0.1), now.accel_m_s2 + g.normal_vector<3>(0.5)};
-    out.push_back({now, next, kPeriod_s});
+    out.push_back({now, next, kPeriod_s, kPeriod_s});
     now = next;
   }
   return out;
 }
 
 /// The same flight with every interval cut into equal parts.
-std::vector<Interval> subdivided(const std::vector<Interval>& flight, int parts) {
-  std::vector<Interval> out;
-  for (const Interval& i : flight) {
+std::vector<ImuInterval> subdivided(const std::vector<ImuInterval>& flight, int parts) {
+  std::vector<ImuInterval> out;
+  for (const ImuInterval& i : flight) {
     for (int k = 0; k < parts; ++k) {
       const double a = static_cast<double>(k) / parts;
       const double b = static_cast<double>(k + 1) / parts;
-      out.push_back({between(i.start, i.end, a), between(i.start, i.end, b), i.dt_s / parts});
+      out.push_back({between(i.start, i.end, a), between(i.start, i.end, b), i.dt_s / parts, i.period_s});
     }
   }
   return out;
@@ -54,14 +50,14 @@ CoreState any_core(test::Generator& g) {
   return core;
 }
 
-CoreTransition propagate(CoreState& core, const std::vector<Interval>& flight, const ImuOptions& options) {
+CoreTransition propagate(CoreState& core, const std::vector<ImuInterval>& flight, const ImuOptions& options) {
   CoreTransition transition;
-  for (const Interval& i : flight) propagate_step(core, transition, i.start, i.end, i.dt_s, options);
+  for (const ImuInterval& i : flight) propagate_step(core, transition, i, options);
   return transition;
 }
 
 /// The nominal state alone.
-void fly(CoreState& core, const Interval& i, const ImuOptions& options) {
+void fly(CoreState& core, const ImuInterval& i, const ImuOptions& options) {
   strapdown_step(core.motion, {i.start.gyro_rad_s - core.b_gyro_rad_s, i.start.accel_m_s2 - core.b_accel_m_s2},
                  {i.end.gyro_rad_s - core.b_gyro_rad_s, i.end.accel_m_s2 - core.b_accel_m_s2}, i.dt_s,
                  options.gravity_m_s2);
@@ -77,14 +73,14 @@ Vec15 error_of(const CoreState& truth, const CoreState& estimate) {
   return e;
 }
 
-Mat15 numeric_transition(const CoreState& core, const std::vector<Interval>& flight, const ImuOptions& options) {
+Mat15 numeric_transition(const CoreState& core, const std::vector<ImuInterval>& flight, const ImuOptions& options) {
   CoreState nominal = core;
   propagate(nominal, flight, options);
   return test::numeric_jacobian<15, 15>(
       [&](const Vec15& e) {
         CoreState truth = core;
         retract_core(truth, e.data());
-        for (const Interval& i : flight) fly(truth, i, options);
+        for (const ImuInterval& i : flight) fly(truth, i, options);
         return error_of(truth, nominal);
       },
       1e-5);
@@ -97,7 +93,7 @@ TEST(Propagation, TheStateIsTheStrapdownOfUnbiasedRates) {
     const ImuOptions options;
     const auto flight = any_flight(g, 5);
     propagate(core, flight, options);
-    for (const Interval& i : flight) fly(expected, i, options);
+    for (const ImuInterval& i : flight) fly(expected, i, options);
     EXPECT_EQ(core.motion.p_WI_m, expected.motion.p_WI_m);
     EXPECT_EQ(core.motion.v_WI_m_s, expected.motion.v_WI_m_s);
     EXPECT_EQ(core.motion.q_WI.coeffs(), expected.motion.q_WI.coeffs());
@@ -128,7 +124,7 @@ TEST(Propagation, TheTransitionConvergesWithTheStep) {
   test::for_all(20, [&](test::Generator& g) {
     const CoreState core = any_core(g);
     const ImuOptions options;
-    const std::vector<Interval> flight = {{any_flight(g, 1)[0].start, any_flight(g, 1)[0].end, 0.04}};
+    const std::vector<ImuInterval> flight = {{any_flight(g, 1)[0].start, any_flight(g, 1)[0].end, 0.04}};
     const Mat15 numeric = numeric_transition(core, subdivided(flight, 16), options);
     const auto error = [&](int parts) {
       CoreState end = core;
@@ -175,7 +171,7 @@ TEST(Propagation, NoiseIsSymmetricAndPositive) {
 
 /// White noise and bias walk by superposition: the effect at the end of the flight of one sigma of noise in each fine
 /// step and axis, found by flying with it, squared and summed. A Monte Carlo without chance.
-Mat15 superposed_noise(const CoreState& core, const std::vector<Interval>& fine, const ImuOptions& options) {
+Mat15 superposed_noise(const CoreState& core, const std::vector<ImuInterval>& fine, const ImuOptions& options) {
   CoreState nominal = core;
   propagate(nominal, fine, options);
   Mat15 q = Mat15::Zero();
@@ -191,7 +187,7 @@ Mat15 superposed_noise(const CoreState& core, const std::vector<Interval>& fine,
       const Vec3 noise = sigma[kind / 3] * Vec3::Unit(kind % 3);
       CoreState truth = core;
       for (std::size_t k = 0; k < fine.size(); ++k) {
-        Interval i = fine[k];
+        ImuInterval i = fine[k];
         if (k == hit && kind < 6) {  // the sensor reads this much too low, so the truth moves by more
           Vec3 InertialRates::* sensor = kind < 3 ? &InertialRates::gyro_rad_s : &InertialRates::accel_m_s2;
           i.start.*sensor += noise;
@@ -229,9 +225,9 @@ TEST(Propagation, WhereAnIntervalIsSplitDoesNotMatter) {
     CoreState whole = core;
     const CoreTransition once = propagate(whole, flight, options);
     const double s = g.uniform(0.001, 0.999);
-    const Interval i = flight[1];
-    flight[1] = {i.start, between(i.start, i.end, s), s * i.dt_s};
-    flight.insert(flight.begin() + 2, {between(i.start, i.end, s), i.end, (1.0 - s) * i.dt_s});
+    const ImuInterval i = flight[1];
+    flight[1] = {i.start, between(i.start, i.end, s), s * i.dt_s, i.period_s};
+    flight.insert(flight.begin() + 2, {between(i.start, i.end, s), i.end, (1.0 - s) * i.dt_s, i.period_s});
     CoreState parts = core;
     const CoreTransition split = propagate(parts, flight, options);
     EXPECT_LT(so3_log(parts.motion.q_WI.conjugate() * whole.motion.q_WI).norm(), 1e-10);
@@ -243,6 +239,72 @@ TEST(Propagation, WhereAnIntervalIsSplitDoesNotMatter) {
     EXPECT_LT((p_once - p_split).norm(), 1e-5 * p_once.norm());
     EXPECT_LT((once.q - split.q).norm(), 0.02 * once.q.norm());
   });
+}
+
+/// One buffer interval of `period_s` between others of the usual length, walked from image to image.
+Mat15 noise_over_a_hole(const CoreState& core, double period_s, std::int64_t images) {
+  ImuBuffer imu;
+  const Time begin = Time::from_ns(1'000'000'000);
+  ImuSample sample;
+  sample.accel_m_s2 = {0.0, 0.0, 9.8};
+  for (const double t_s : {0.0, 0.004, 0.004 + period_s, 0.008 + period_s}) {
+    sample.t = begin + Duration::from_seconds(t_s);
+    EXPECT_EQ(imu.push(sample), Status::kOk);
+  }
+  CoreState flown = core;
+  CoreTransition transition;
+  Time t = begin;
+  for (std::int64_t k = 1; k <= images; ++k) {
+    const Time end = k == images ? imu.newest() : begin + (imu.newest() - begin) * k / images;
+    imu.for_each_interval(t, end, [&](const ImuInterval& i) { propagate_step(flown, transition, i, ImuOptions{}); });
+    t = end;
+  }
+  return transition.q;
+}
+
+double sigma_of(const Mat15& q, std::size_t at) {
+  const auto i = static_cast<Eigen::Index>(at);
+  return std::sqrt(q(i, i));
+}
+
+// A knock leaves velocity and position related by when it came, which nobody knows. Were they taken to be in
+// proportion, the first image after the hole would seem to tell the velocity.
+TEST(Propagation, AHoleCostsWhatTheRatesMayHaveBeenWhereverImagesCutIt) {
+  CoreState level;
+  level.motion.v_WI_m_s = Vec3(2.0, 0.0, 0.0);
+  const double usual_m_s = sigma_of(noise_over_a_hole(level, 0.01, 1), kXiV);
+  test::for_all(50, [&](test::Generator& g) {
+    const double period_s = g.uniform(0.02, 0.12);
+    const Mat15 q = noise_over_a_hole(level, period_s, 1);
+    constexpr double kUnseenAccel_m_s2 = 20.0;
+    EXPECT_NEAR(sigma_of(q, kXiV), kUnseenAccel_m_s2 * (period_s - 0.01), 0.02 * kUnseenAccel_m_s2 * period_s);
+    EXPECT_NEAR(sigma_of(q, kTheta), 1.0 * (period_s - 0.01), 0.02 * period_s);
+    EXPECT_LT(10.0 * usual_m_s, sigma_of(q, kXiV));
+    const double together = q(kXiP, kXiV) / (sigma_of(q, kXiP) * sigma_of(q, kXiV));
+    EXPECT_LT(together, 0.93);
+    const Mat15 cut = noise_over_a_hole(level, period_s, g.integer(2, 9));
+    EXPECT_LT((q - cut).norm(), 0.02 * q.norm());
+  });
+}
+
+TEST(Propagation, AReadingAtTheEndOfItsScaleCostsTheSameAtAnyRate) {
+  const ImuOptions options;
+  const auto noise = [&](double accel_m_s2, double gyro_rad_s, double period_s) {
+    const InertialRates read{{gyro_rad_s, 0.0, 0.0}, {0.0, -accel_m_s2, 0.0}};
+    CoreState core;
+    CoreTransition transition;
+    constexpr double kSpan_s = 0.02;
+    const int steps = static_cast<int>(std::lround(kSpan_s / period_s));
+    for (int k = 0; k < steps; ++k) propagate_step(core, transition, {read, read, period_s, period_s}, options);
+    return transition.q;
+  };
+  const double limit_m_s2 = options.max_accel_m_s2;
+  EXPECT_LT(sigma_of(noise(0.95 * limit_m_s2, 0.0, 0.004), kXiV), 0.01);
+  for (const double period_s : {0.0005, 0.004}) {
+    EXPECT_NEAR(sigma_of(noise(0.99 * limit_m_s2, 0.0, period_s), kXiV), 0.25 * limit_m_s2 * 0.02, 0.05);
+    EXPECT_NEAR(sigma_of(noise(0.0, 0.99 * options.max_gyro_rad_s, period_s), kTheta),
+                0.25 * options.max_gyro_rad_s * 0.02, 0.01);
+  }
 }
 
 TEST(Propagation, RetractionsOfAPoseAddUpAlongOneDirection) {

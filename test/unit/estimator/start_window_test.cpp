@@ -35,6 +35,20 @@ TEST(StartWindow, RangesStartAConstantFlightEarly) {
   EXPECT_NEAR(Vec3(feed.estimator->state().v_WI_m_s.data()).norm(), 2.0, 0.2);
 }
 
+// A start fits one motion to its whole window and takes the IMU's word for it.
+TEST(StartWindow, BeginsAfterAHoleInTheImu) {
+  constexpr double kHole_s = 0.3;
+  constexpr double kOver_s = 0.39;  // shorter than what is bridged in flight
+  Feed feed(cruise_scene(), test::quick_settings(false));
+  feed.on_imu = [](ImuSample& sample) {
+    const double t_s = (sample.t - sim::flight_epoch()).seconds();
+    return t_s < kHole_s || t_s > kOver_s;
+  };
+  const double started_s = time_to_start(feed, 3.0);
+  EXPECT_GT(started_s, kOver_s + StartOptions{}.motion_window_s);
+  EXPECT_LT(started_s, kOver_s + StartOptions{}.motion_window_s + 0.1);
+}
+
 // Its scale is not observable: no state is better than one that is wrong and sure of itself. The first ranges give it.
 TEST(StartWindow, WithoutRangesAConstantFlightWaitsForThem) {
   constexpr double kFirstRange_s = 3.0;
