@@ -210,7 +210,10 @@ Status Estimator<Config>::fuse_standing(Time t) {
   // What one window of images can hide, the images in it hide together: they count as one measurement.
   const double repeats = std::sqrt(std::max(options_.start.still_window_s / step_s, 1.0));
   stack_.begin(state_);
-  if (!ok(add_zero_velocity(state_, stack_, standing_noise().velocity_m_s * repeats))) return Status::kOk;
+  if (!ok(add_zero_velocity(state_, stack_, standing_noise().velocity_m_s * repeats))) {
+    standing_ = false;  // what the filter knows says otherwise: no evidence holds the state
+    return Status::kOk;
+  }
   report_.zero_velocity = true;
   return stack_.apply(state_);
 }

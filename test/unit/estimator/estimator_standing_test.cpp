@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fsw/base/mission_config.h"
+#include "fsw/modes/mode_machine.h"
 #include "test/support/estimator_feed.h"
 
 namespace plumb {
@@ -47,6 +48,23 @@ TEST(EstimatorStanding, ImagesThatStandStillAreNotEnough) {
   feed.fly_until(kSeen_s + 0.3);
   feed.after_frame = [&](Status) { EXPECT_FALSE(feed.estimator->report().zero_velocity); };
   feed.fly_until(kEnd_s);
+}
+
+// It moves, says the filter, and no standstill that it refuses may pass for evidence that holds its state.
+TEST(EstimatorStanding, AStandstillThatIsRefusedCountsForNothing) {
+  const sim::FlightSettings settings = test::quick_settings(false);
+  Feed feed(standing_scene(), settings);
+  feed.estimator = test::estimator_with<PaperConfig>(settings, [](EstimatorOptions& options) {
+    options.vision.min_parallax_px = 200.0;  // so that no feature holds it either, until they need not wait any more
+    options.vision.ranged_min_parallax_px = 200.0;
+  });
+  NavState moving;
+  moving.q_WI = {1.0, 0.0, 0.0, 0.0};
+  moving.v_WI_m_s = {1.0, 0.0, 0.0};
+  feed.estimator->start_from(moving);
+  feed.after_frame = [&](Status) { EXPECT_FALSE(feed.estimator->report().zero_velocity); };
+  feed.fly_until(kSeen_s - 0.2);
+  EXPECT_EQ(mode_at_image(feed.estimator->state(), {}), NavMode::kInertial);
 }
 
 // What one window of images can hide, all images in it hide: six times as many of them say no more.
