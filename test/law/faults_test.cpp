@@ -233,7 +233,7 @@ TEST(Faults, F26TheStateIsThatOfTheImageTime) {
   feed.on_frame = [&](Feed::Frame& frame) {
     frame.observations.clear();  // inertial only: what is left is integration
     if (!feed.estimator->state().valid) {
-      const sim::ImuModel unbiased(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed);
+      const sim::ImuModel unbiased(settings.imu, settings.imu_rate_hz, scene.gravity_m_s2, settings.seed);
       feed.estimator->start_from(sim::true_nav_state(scene.trajectory.at(seconds(frame.t)), unbiased, frame.t));
     }
     return true;

@@ -22,7 +22,7 @@ class EstimatorFeed {
   EstimatorFeed(const sim::Scene& scene, const sim::FlightSettings& settings)
       : scene_(scene),
         settings_(settings),
-        imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
+        imu_(settings.imu, settings.imu_rate_hz, scene.gravity_m_s2, settings.seed),
         range_(settings.range, settings.seed),
         sun_(settings.sun, DirectionSource::kSun, settings.seed),
         magnetometer_(settings.magnetometer, DirectionSource::kMagnetometer, settings.seed),

@@ -35,11 +35,12 @@ Run fly_seed(const Scene& scene, CampaignSettings settings, std::uint64_t seed) 
 
 FlightLog fly_once(const Scene& named, const CampaignSettings& settings) {
   Scene scene = named;
-  if (scene.world_by_seed) scene.world = stepped_ground(settings.flight.seed);
-  EstimatorOptions options = matched_options(settings.flight);
-  if (settings.tuning == Tuning::kShipped) options = EstimatorOptions{};
-  options.range.enabled = settings.use_range;
+  if (scene.world_of != nullptr) scene.world = scene.world_of(settings.flight.seed);
   FlightSettings flight = settings.flight;
+  EstimatorOptions options = matched_options(flight);
+  if (settings.tuning == Tuning::kShipped) options = EstimatorOptions{};
+  options.imu.gravity_m_s2 = scene.gravity_m_s2;
+  options.range.enabled = settings.use_range;
   SensorCalibration file = scene.rig.calibration();
   if (settings.uncalibrated) {
     const CalibrationError error = draw_calibration_error(uncalibrated_sensors(), flight.seed);

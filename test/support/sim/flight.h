@@ -38,7 +38,7 @@ class Flight {
       : scene_(scene),
         settings_(settings),
         estimator_(estimator),
-        imu_(settings.imu, settings.imu_rate_hz, settings.gravity_m_s2, settings.seed),
+        imu_(settings.imu, settings.imu_rate_hz, scene.gravity_m_s2, settings.seed),
         range_(settings.range, settings.seed),
         sun_(settings.sun, DirectionSource::kSun, settings.seed),
         magnetometer_(settings.magnetometer, DirectionSource::kMagnetometer, settings.seed),

@@ -75,6 +75,15 @@ Trajectory vertical_descent(double height_m, double length_s) {
   return flight;
 }
 
+Trajectory hand_held() {
+  constexpr double kLength_s = 16.0;
+  constexpr double kSpeedUp_s = 2.0;
+  Trajectory flight(Vec3(0.0, 0.0, 1.5), kLength_s);
+  flight.change_speed(kStand_s, kSpeedUp_s, Vec3::UnitX());
+  flight.set_cruise(kStand_s + kSpeedUp_s, kLength_s);
+  return flight;
+}
+
 Trajectory circuit(const Vec3& ground_m, double height_m) {
   constexpr double kLength_s = 80.0;
   constexpr double kTurn_s = 4.0;

@@ -1,6 +1,7 @@
 #pragma once
 // A flight without an estimator: where it goes, over what, with which sensors; and the settings those sensors imply.
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,7 +22,8 @@ struct Scene {
   Trajectory trajectory;
   World world;
   Rig rig;
-  bool world_by_seed = false;  ///< each flight over the stepped ground of its seed: where one spot decides
+  World (*world_of)(std::uint64_t seed) = nullptr;  ///< each flight over the ground of its seed: where few spots decide
+  double gravity_m_s2 = 9.80665;
 };
 
 /// Names make_scene() knows, in the order of a full report.
@@ -38,13 +40,13 @@ struct FlightSettings {
   double imu_rate_hz = 250.0;
   double image_rate_hz = 30.0;
   double range_rate_hz = 25.0;
-  double gravity_m_s2 = 9.80665;
   double image_time_offset_s = 0.0;  ///< an image is taken this much after its stamp
   std::uint64_t seed = 1;
   bool start_from_truth = false;  ///< hands the true state to the estimator instead of letting it find its own
 };
 
-/// Estimator settings that tell the filter the simulation's own noise figures; everything else as shipped.
+/// Estimator settings that tell the filter the simulation's own noise figures; everything else as shipped, gravity
+/// among it.
 EstimatorOptions matched_options(const FlightSettings& settings);
 
 }  // namespace plumb::sim

@@ -83,6 +83,8 @@ Trajectory excitation(const Vec3& ground_m, double height_m = 6.0, double length
 Trajectory descent(double height_m = 25.0, double length_s = 40.0);
 /// Already descending at constant 0.8 m/s, straight down: 24 m to 4 m.
 Trajectory vertical_descent(double height_m = 24.0, double length_s = 25.0);
+/// Held still 1.5 m up, then 1 m/s along x: 12 m in 13 s.
+Trajectory hand_held();
 /// Stands, climbs, flies a rectangle with rounded corners, turning its nose into each leg.
 Trajectory circuit(const Vec3& ground_m, double height_m = 8.0);
 

@@ -111,6 +111,20 @@ World stepped_ground(std::uint64_t seed, double max_height_m) {
   return world;
 }
 
+World box_line(std::uint64_t seed) {
+  constexpr std::uint64_t kWorldStream = 101;
+  constexpr double kEnd_m = 14.0;
+  constexpr double kHalfWidth_m = 0.35;
+  Random random(seed, kWorldStream);
+  World world;
+  for (double x = -0.6; x < kEnd_m;) {
+    const double length_m = random.uniform(0.35, 0.7);
+    world.add_box({x, -kHalfWidth_m}, {x + length_m, kHalfWidth_m}, random.uniform(0.1, 0.75));
+    x += length_m + random.uniform(0.0, 0.2);
+  }
+  return world;
+}
+
 World flat_then_roofs() {
   constexpr double kFirst_m = 60.0;
   constexpr double kEnd_m = 160.0;

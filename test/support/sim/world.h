@@ -52,5 +52,8 @@ World flat_ground();
 World stepped_ground(std::uint64_t seed = 1, double max_height_m = 2.0);
 /// Flat for the first 60 m along x, then rows of gabled houses: the paper's outdoor flight.
 World flat_then_roofs();
+/// Boxes of 0.1 to 0.75 m in a line along x, 14 m of them: the paper's stress test. The layout is a function of the
+/// seed.
+World box_line(std::uint64_t seed);
 
 }  // namespace plumb::sim
