@@ -35,9 +35,8 @@ Duration ImuBuffer::hole_before(std::size_t sample) const {
 }
 
 Time ImuBuffer::unbroken_since(Time to, Duration gap) const {
-  std::size_t i = 0;
   std::size_t since = 0;
-  for (; i + 1 < count_ && at(i).t < to; ++i) {
+  for (std::size_t i = 0; i + 1 < count_ && at(i).t < to; ++i) {
     if (at(i + 1).t - at(i).t > gap) since = i + 1;
   }
   return at(since).t;

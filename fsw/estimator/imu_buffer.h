@@ -64,10 +64,11 @@ class ImuBuffer {
     for (; i < count_ && t < to; ++i) {
       const Duration period = at(i).t - at(i == 0 ? 0 : i - 1).t;
       const Duration hole = hole_before(i);
-      const Duration length = std::min(at(i).t, to) - t;
+      const Time stop = std::min(at(i).t, to);
+      const Duration length = stop - t;
       const int parts = hole > Duration::from_ns(0) ? kHoleParts : 1;
       for (int part = 1; part <= parts; ++part) {
-        const Time t_end = part == parts ? std::min(at(i).t, to) : t + length / parts;
+        const Time t_end = part == parts ? stop : t + length / parts;
         const InertialRates end = t_end == at(i).t ? rates(at(i)) : rates_at(t_end, i);
         step(ImuInterval{start, end, (t_end - t).seconds(), period.seconds(), hole.seconds()});
         start = end;

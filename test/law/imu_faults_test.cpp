@@ -50,12 +50,6 @@ sim::Scene scene_of(const Fault& fault) {
 
 double seconds(Time t) { return (t - sim::flight_epoch()).seconds(); }
 
-double velocity_sigma(const NavState& state) {
-  double sum = 0.0;
-  for (std::size_t k = 3; k < 6; ++k) sum += state.covariance[k * (kNavErrorSize + 1)];
-  return std::sqrt(sum);
-}
-
 class ImuFaults : public testing::TestWithParam<Fault> {
  protected:
   /// Mean NEES at kLookedAt_s of one flight is added to `sums`.
@@ -86,9 +80,9 @@ class ImuFaults : public testing::TestWithParam<Fault> {
       if (feed.estimator->state().valid) log.points.push_back(feed.point());
     };
     feed.fly_until(kFault_s);
-    const double before_m_s = velocity_sigma(feed.estimator->state());
+    const double before_m_s = test::velocity_sigma(feed.estimator->state());
     feed.fly_until(kLength_s);
-    EXPECT_LT(velocity_sigma(feed.estimator->state()), 2.0 * before_m_s) << "what it cost does not come back";
+    EXPECT_LT(test::velocity_sigma(feed.estimator->state()), 2.0 * before_m_s) << "what it cost does not come back";
     EXPECT_EQ(feed.estimator->counters().resets, 0U);
     EXPECT_EQ(feed.estimator->counters().imu_invalid, 0U);
     const std::vector<sim::ErrorPoint> errors = sim::errors_of(log);

@@ -157,6 +157,13 @@ inline bool all_finite(const NavState& state) {
          all(state.b_accel_m_s2) && all(state.covariance);
 }
 
+/// Root of the summed variances of the velocity, m/s.
+inline double velocity_sigma(const NavState& state) {
+  double sum = 0.0;
+  for (std::size_t k = 3; k < 6; ++k) sum += state.covariance[k * (kNavErrorSize + 1)];
+  return std::sqrt(sum);
+}
+
 inline double position_error(const NavState& state, const sim::TruthState& truth) {
   return (Vec3(state.p_WI_m.data()) - truth.p_WI_m).norm();
 }

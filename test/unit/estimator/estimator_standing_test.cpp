@@ -21,12 +21,6 @@ sim::Scene standing_scene() {
   return {"standing", sim::Trajectory(Vec3(0.0, 0.0, 5.0), kEnd_s), sim::flat_ground(), sim::nadir_rig()};
 }
 
-double velocity_sigma(const NavState& state) {
-  double sum = 0.0;
-  for (std::size_t k = 3; k < 6; ++k) sum += state.covariance[k * (kNavErrorSize + 1)];
-  return std::sqrt(sum);
-}
-
 TEST(EstimatorStanding, HoldsThePlaceWithoutAnyTruth) {
   Feed feed(standing_scene(), test::quick_settings(false));
   feed.fly_until(kSeen_s);
@@ -75,7 +69,7 @@ TEST(EstimatorStanding, MoreImagesAreNoMoreEvidence) {
     Feed feed(standing_scene(), settings);
     feed.fly_until(kEnd_s);
     EXPECT_TRUE(feed.estimator->report().zero_velocity);
-    return velocity_sigma(feed.estimator->state());
+    return test::velocity_sigma(feed.estimator->state());
   };
   EXPECT_GT(sigma_at(60.0), 0.8 * sigma_at(10.0));
 }
